@@ -337,6 +337,10 @@ pub(crate) fn check_metric(
 ) {
     let title = format!("{table} has no metric");
     if !reader.has(key) {
+        // A misspelled key is reported as an unknown one.
+        if reader.has_unknown() {
+            return;
+        }
         reader.report(Diagnostic::new(title).at(element.span, format!("needs `{key}`")));
     } else if metric.trim().is_empty() {
         reader.refuse(&[key], title, "must not be empty");

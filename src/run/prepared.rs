@@ -160,9 +160,15 @@ pub(crate) fn restored(manifest: &RunManifest, bytes: &[u8]) -> Option<Box<dyn M
 
 /// Whether the manifest names a series that is recorded only on request.
 pub(crate) fn wants_opt_in(kind: &ModelKind, record: &RecordConfig) -> bool {
-    let mut on_request = kind.channels.iter().filter(|channel| channel.opt_in);
-    on_request.any(|channel| {
+    series_on_request(kind, record) > 0
+}
+
+/// The number of such series.
+pub(crate) fn series_on_request(kind: &ModelKind, record: &RecordConfig) -> usize {
+    let on_request = kind.channels.iter().filter(|channel| channel.opt_in);
+    let wanted = on_request.filter(|channel| {
         let name = channel.topic.trim_start_matches('/');
         name != DIVERGENCE && record.channels.iter().flatten().any(|wanted| wanted == name)
-    })
+    });
+    wanted.count()
 }

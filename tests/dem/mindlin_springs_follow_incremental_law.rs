@@ -252,3 +252,20 @@ fn work_of_springs_is_energy_or_loss() {
     assert!(deviation < 1e-14, "{deviation:e}");
     assert!(without_circle > 1e-2, "control: {without_circle:e}");
 }
+
+/// Law: surfaces that touch without an overlap exert no force, before and after a contact.
+#[test]
+fn mindlins_springs_have_no_force_without_a_circle() {
+    let spring = SliderConstants { stiffness: 3.0, half_stiffness: 1.5, compliance: 1.0 / 3.0 };
+    for travel in [0.0, 0.1, -0.1] {
+        for (before, stretch) in [(0.0_f64, 0.0_f64), (0.5, 0.2)] {
+            let slid = mindlin_slider(&spring, [before, 0.0], stretch, travel, 0.0, 0.0);
+            assert_eq!((slid.force.abs(), slid.stretch.abs()), (0.0, 0.0));
+            let kept = 1.5 * stretch * stretch;
+            let work = 0.5 * 3.0 * before.sqrt() * stretch * travel;
+            assert!((slid.loss - kept - work).abs() < 1e-15, "{} {kept}", slid.loss);
+            let slid = mindlin_slider(&spring, [0.0, 0.5], 0.0, travel, 0.0, 1.0);
+            assert!((slid.force + 3.0 * 0.5 * travel).abs() < 1e-15, "{}", slid.force);
+        }
+    }
+}

@@ -182,6 +182,9 @@ pub(crate) fn overlap_before<R: Register>(
     reach - distance_squared([x - vx * time_step, y - vy * time_step]).sqrt()
 }
 
+/// Far below the root of any circle with an overlap, which is at least some 1e-16 of a radius.
+const LEAST_ROOT: f64 = 1e-60;
+
 /// The step of `spring_slider` with Mindlin's stiffness k_t = 8 G* a without partial slip (J. Appl. Mech. 16 (1949) 259), by the circles
 /// of contact of the step before and of this one, over the largest expected one.
 ///
@@ -204,7 +207,9 @@ pub fn mindlin_slider<R: Register>(
     dashpot: R,
     limit: R,
 ) -> TangentialForce<R> {
-    let [root_before, root] = [circles[0].sqrt(), circles[1].sqrt()];
+    // Surfaces that touch without an overlap have no circle, and no force.
+    let least = before.splat(LEAST_ROOT);
+    let [root_before, root] = [circles[0].sqrt(), circles[1].sqrt().larger(least)];
     let larger = root.larger(root_before);
     let ratio = root_before.or_else(root_before.is_less(root), root) / larger;
     let at_circle = SliderConstants {

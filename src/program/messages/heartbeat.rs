@@ -47,8 +47,8 @@ impl Activity {
         }
     }
 
-    /// The run ended: with a recording, or with an error.
-    pub(crate) fn finish(&self, run: &str, has_recording: bool) {
+    /// The run ended: with a recording, or with an error. Returns how many runs have failed.
+    pub(crate) fn finish(&self, run: &str, has_recording: bool) -> usize {
         let mut counts = self.counts();
         counts.running.remove(run);
         if has_recording {
@@ -56,6 +56,7 @@ impl Activity {
         } else {
             counts.failed += 1;
         }
+        counts.failed
     }
 
     /// Sets what is known of runs on other machines.

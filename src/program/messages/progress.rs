@@ -171,8 +171,11 @@ impl RunObserver for RunProgress<'_> {
 
     fn finish(self: Box<Self>, report: &Result<RunReport, RunError>) {
         self.bar.finish_and_clear();
-        self.add_to_total(PARTS_PER_RUN);
-        self.display.activity.finish(&self.stem, report.is_ok());
+        let failed = self.display.activity.finish(&self.stem, report.is_ok());
+        match report {
+            Ok(_) => self.add_to_total(PARTS_PER_RUN),
+            Err(_) => self.display.total.set_message(format!("{failed} failed")),
+        }
         if let Ok(RunReport { start: RunStart::Restarted(reason), .. }) = report {
             self.display.line(&format!("{}: restarted from scratch: {reason}", self.stem));
         }

@@ -65,9 +65,14 @@ impl Contents {
         let layout = files.iter().find(|name| name.ends_with(".layout.json"));
         let report = files.iter().find(|name| *name == "report.html");
         let beside = |name: &str| format!("{prefix}{name}");
+        // A merged recording has a layout of its own.
+        let own_layout = |recording: &str| {
+            let own = format!("{}.layout.json", recording.strip_suffix(".mcap")?);
+            files.iter().find(|name| **name == own)
+        };
         let found = |name: &str| Found {
             path: beside(name),
-            layout: layout.map(|name| beside(name)),
+            layout: own_layout(name).or(layout).map(|name| beside(name)),
             report: report.map(|name| beside(name)),
         };
         if let Some(only) = only {

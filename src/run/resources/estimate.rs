@@ -1,6 +1,6 @@
 //! What a run will take: frames, disk space, memory and relative cost, estimated from its start or, if it is large, from that of a sample.
 
-use crate::run::prepared::{Prepared, distance_of_drawings, wants_opt_in};
+use crate::run::prepared::{Prepared, distance_of_drawings, series_on_request};
 use crate::run::resources::memory::{bytes_of_particles, upper_memory_bytes};
 use crate::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
@@ -12,7 +12,7 @@ use std::num::NonZeroU64;
 
 /// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
 const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
-/// A collision in `/events`: five numbers of 8 bytes, three counters, and the share of the message's header.
+/// A collision in `/events`, the largest series: five numbers of 8 bytes, three counters, and the share of the message's header.
 const BYTES_PER_EVENT: u64 = 52;
 
 /// The resources that a run needs.
@@ -73,9 +73,10 @@ impl Estimate {
         let frames = frames.saturating_add(1);
         let bytes_per_frame = bytes_per_frame(&start.frame, particles, &manifest.model);
         let relative_cost = relative_cost(extent, particles);
-        let has_series = wants_opt_in(kind, &manifest.record);
+        let count = series_on_request(kind, &manifest.record) as u64;
         let series = match extent {
-            Extent::Events(events) if has_series => Some(events.saturating_mul(BYTES_PER_EVENT)),
+            Extent::Events(events) => Some(events.saturating_mul(count * BYTES_PER_EVENT)),
+            _ if count == 0 => Some(0),
             _ => None,
         };
         let frame_bytes = frames.saturating_mul(bytes_per_frame);
@@ -87,7 +88,7 @@ impl Estimate {
             bytes: frame_bytes
                 .saturating_add(series.unwrap_or(0))
                 .saturating_add(BYTES_BESIDE_FRAMES),
-            has_series_of_unknown_size: has_series && series.is_none(),
+            has_series_of_unknown_size: series.is_none(),
             relative_cost,
             memory_bytes: upper_memory_bytes(bytes_per_frame),
             seconds_on_slow_processor: work_per_second(&manifest.model)

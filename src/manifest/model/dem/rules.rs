@@ -95,7 +95,8 @@ impl DemConfig {
     }
 
     /// Whether any contact has friction or rolling friction.
-    fn has_friction(&self) -> bool {
+    #[must_use]
+    pub fn has_friction(&self) -> bool {
         let materials = self.materials.iter().map(|material| material.constants);
         let pairs = self.contact_pairs.iter().map(|pair| pair.constants);
         let given = materials.chain(pairs).flat_map(|own| [own.friction, own.rolling_friction]);

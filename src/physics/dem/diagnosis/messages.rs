@@ -17,10 +17,16 @@ use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTime
 const OF_IMPLICIT_DASHPOT: &str =
     "stable for any damping; far above critical damping it dissipates more than an exact dashpot";
 
+/// Whether an implicit dashpot is another choice, which it is without friction and moving walls.
+fn may_be_implicit(config: &DemConfig) -> bool {
+    let moves = config.walls.iter().any(|wall| !wall.is_at_rest());
+    config.dashpot == DemDashpot::Explicit && !moves && !config.has_friction()
+}
+
 /// The error of a start that is rejected.
 pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> SetupError {
     let mut help = nearest_accepted(config, ["no", "the"]);
-    if config.dashpot == DemDashpot::Explicit {
+    if may_be_implicit(config) {
         help += &format!(". dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}");
     }
     if config.on_unstable_time_step == UnstableTimeStep::Error {
@@ -33,7 +39,7 @@ pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> SetupError
 pub(crate) fn warning(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems("The");
     sentences.push(nearest_accepted(config, ["No", "The"]));
-    if config.dashpot == DemDashpot::Explicit {
+    if may_be_implicit(config) {
         sentences.push(format!("dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}"));
     }
     sentences.join(". ") + "."
