@@ -192,3 +192,24 @@ fn walls_end_no_flight() {
         assert!(found.reason.as_ref().unwrap().contains("one size"), "{found:?}");
     }
 }
+
+/// Of a run in which few flights of a disc are complete, those that are not count as well. Control: the mean of the complete ones is
+/// 10 % shorter, because long flights are rarely complete.
+#[test]
+fn flights_that_are_not_complete_count() {
+    let mut ratios = Vec::new();
+    for seed in 1..=10 {
+        let manifest = format!(
+            "seed = {seed}\n[model.packing]\ndiscs = 20\nradius = 0.01\nwidth = 10.0\nheight = 10.0\nevents_per_disc = 100\n\
+             [record]\nframes = 100\nchannels = [\"state\", \"collisions\", \"temperature\", \"events\"]\n"
+        );
+        let experiment: Experiment = manifest.parse().unwrap();
+        let analysis = analyze(&run(&experiment.runs[0]).unwrap()).unwrap();
+        let [time, path] = METRICS.map(|name| analysis.measurement(name).unwrap());
+        let speed = path.theory.unwrap().value / time.theory.unwrap().value;
+        ratios.push(path.estimate.value / time.estimate.value / speed);
+    }
+    let mean = ratios.iter().sum::<f64>() / 10.0;
+    println!("path over time, over the mean speed: {mean:.4}");
+    assert!((mean - 1.0).abs() < 0.03, "{mean} {ratios:?}");
+}

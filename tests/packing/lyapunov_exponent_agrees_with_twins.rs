@@ -327,3 +327,52 @@ fn runs_that_differ_in_the_last_bit_part_when_predicted() {
     println!("mean ratio {mean:.3}");
     assert!((mean - 1.0).abs() < 0.15, "{mean}");
 }
+
+/// Collisions per disc after which the velocities of the first disc, of half of the discs and of 90 % of them differ by more than 0.1 between two
+/// runs whose boxes differ in the last bit: means and ranges of eight pairs with each of the radii of the experiment `packing_divergence`.
+#[test]
+#[ignore = "prints a table; the laws are in the other tests"]
+fn full_harness_discs_part_one_after_another() {
+    for (radius, rate) in [(0.04, 0.005_76), (0.16, 0.0230)] {
+        let of = |seed: u64, width: f64| {
+            let duration = 6.0 / rate;
+            let manifest = format!(
+                "seed = {seed}\n[model.packing]\ndiscs = 200\nwidth = {width:?}\nheight = 100.0\nradius = {radius}\nboundary = \"periodic\"\n\
+                 remove_mean_velocity = true\nduration = {duration:?}\n[record]\nframes = 120\nchannels = [\"state\"]\n"
+            );
+            let experiment: Experiment = manifest.parse().unwrap();
+            run(&experiment.runs[0]).unwrap()
+        };
+        let mut parted = [const { Vec::new() }; 3];
+        for seed in 1..=8 {
+            let [one, other] = [100.0, 100.000_000_000_000_01].map(|width| of(seed, width));
+            let mut reached = [None; 3];
+            for (a, b) in one.frames().unwrap().zip(other.frames().unwrap()) {
+                let (mut a, mut b) = (a.unwrap(), b.unwrap());
+                let time = a.clock.time;
+                let [a, b] = [a.take_state().unwrap(), b.take_state().unwrap()];
+                let velocity = ["vx", "vy"].map(|name| a.index(name).unwrap());
+                let differs = (0..200).filter(|disc| {
+                    let change = velocity.map(|column| a.row(*disc)[column] - b.row(*disc)[column]);
+                    change[0].hypot(change[1]) > 0.1
+                });
+                let share = differs.count() as f64 / 200.0;
+                for (reached, least) in reached.iter_mut().zip([1e-9, 0.5, 0.9]) {
+                    if share >= least {
+                        reached.get_or_insert(time * rate);
+                    }
+                }
+            }
+            for (all, time) in parted.iter_mut().zip(reached) {
+                all.push(time.unwrap());
+            }
+        }
+        for (times, what) in parted.iter().zip(["first", "half", "90 %"]) {
+            let mean = times.iter().sum::<f64>() / 8.0;
+            let range = times.iter().fold([f64::MAX, 0.0], |[low, high], time| {
+                [if *time < low { *time } else { low }, if *time > high { *time } else { high }]
+            });
+            println!("radius {radius}, {what}: {mean:.2} ({:.2} to {:.2})", range[0], range[1]);
+        }
+    }
+}

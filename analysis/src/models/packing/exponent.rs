@@ -6,7 +6,7 @@ use super::observe::PackingRun;
 use crate::metric::theory::ExpectedValue;
 use crate::metric::{Law, Measurements, NEEDS_ALL_STATES, Quantity};
 use crate::models::lyapunov::{Growth, SETTLED_AFTER};
-use crate::statistics::MissingError;
+use crate::statistics::{MissingError, NO_CHAOS};
 use kinetoscope_manifest::model::RunLength;
 use kinetoscope_recording::channels::PackingEvents;
 use kinetoscope_recording::error::ReadError;
@@ -20,6 +20,9 @@ const SINAI_ACCURACY: f64 = 1.5;
 const MAX_DILUTE_FRACTION: f64 = 0.002;
 /// The term after ln(l/d), which no theory gives: -1.1 at both packing fractions of `dilute_discs_follow_the_longest_chain_of_collisions`.
 const CHAIN_ACCURACY: f64 = 1.5;
+
+/// Discs that dissipate energy have no constant growth.
+const NEEDS_ELASTIC: &str = "needs elastic discs";
 
 impl PackingRun {
     /// Adds the collisions of a frame, if they are recorded.
@@ -41,7 +44,7 @@ impl PackingRun {
             RunLength::Duration(duration) => time >= SETTLED_AFTER * duration.get(),
         };
         self.tangent.add_frame(time, state, &events, is_settled);
-        self.add_to_free_flights(done, state, &events);
+        self.add_to_free_flights([time, done], state, &events);
         Ok(())
     }
 
@@ -50,15 +53,19 @@ impl PackingRun {
             return;
         }
         if self.lacks_states {
-            return found.explain(metric::LYAPUNOV, NEEDS_ALL_STATES);
+            let all = [metric::LYAPUNOV, metric::DIVERGENCE_TIME, metric::DIVERGENCE_COLLISIONS];
+            return all.into_iter().for_each(|metric| found.explain(metric, NEEDS_ALL_STATES));
         }
         let exponent = self.tangent.growth.exponent().map(|exponent| match self.is_elastic() {
             true => self.with_scatter_of_starts(exponent),
             false => exponent.without_error(MissingError::Drifting),
         });
-        let by_collisions = self.tangent.growth_by_collisions.exponent();
-        if let Some(exponent) = by_collisions.filter(|_| self.is_elastic()) {
-            Growth::measure_divergence(exponent, metric::DIVERGENCE_COLLISIONS, found);
+        match self.tangent.growth_by_collisions.exponent() {
+            _ if !self.is_elastic() => found.explain(metric::DIVERGENCE_COLLISIONS, NEEDS_ELASTIC),
+            Some(exponent) => {
+                Growth::measure_divergence(exponent, metric::DIVERGENCE_COLLISIONS, found);
+            }
+            None => found.explain(metric::DIVERGENCE_COLLISIONS, NO_CHAOS),
         }
         let theory = self.expected_exponent();
         Growth::measure(exponent, [metric::LYAPUNOV, metric::DIVERGENCE_TIME], theory, found);

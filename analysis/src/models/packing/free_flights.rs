@@ -17,6 +17,8 @@ struct Disc {
     velocity: [f64; 2],
     /// Time of its last collision with another disc.
     since: Option<f64>,
+    /// Time up to which its path counts.
+    counted_to: f64,
 }
 
 /// Times and lengths of the flights that end after the discs have settled.
@@ -24,7 +26,8 @@ struct Disc {
 pub(super) struct FreeFlights {
     discs: Vec<Disc>,
     is_settled: bool,
-    /// Mean of the length, with an entry per frame.
+    /// Path of all discs over their collisions with others, with an entry per frame. Its mean is not that of complete flights: in a short run,
+    /// long flights are rarely complete.
     path: Blocking,
     /// Numbers of flights by time and by length, in means by theory.
     counts: [[u64; BINS]; 2],
@@ -43,6 +46,7 @@ impl FreeFlights {
     /// length by theory.
     pub(super) fn add_frame(
         &mut self,
+        time: f64,
         state: Option<&StateTable>,
         events: &PackingEvents,
         units: Option<[f64; 2]>,
@@ -55,34 +59,38 @@ impl FreeFlights {
             let is_wall = ids[0] == ids[1];
             for (id, sign) in ids.into_iter().zip([1.0, -1.0]).take(2 - usize::from(is_wall)) {
                 let Some(disc) = self.discs.get_mut(id as usize) else { continue };
+                let now = events.time[event];
                 let [vx, vy] = disc.velocity;
+                let speed = libm::hypot(vx, vy);
+                length += speed * (now - std::mem::replace(&mut disc.counted_to, now));
                 disc.velocity = [vx + sign * impulse[0], vy + sign * impulse[1]];
                 if is_wall {
                     continue;
                 }
-                let now = events.time[event];
+                ended += 1;
                 if let Some(since) = disc.since.replace(now).filter(|_| self.is_settled) {
-                    let flight = [now - since, (now - since) * libm::hypot(vx, vy)];
-                    self.count(flight, units);
-                    length += flight[1];
-                    ended += 1;
+                    self.flights += 1;
+                    self.count([now - since, (now - since) * speed], units);
                 }
             }
         }
+        for disc in &mut self.discs {
+            let speed = libm::hypot(disc.velocity[0], disc.velocity[1]);
+            length += speed * (time - std::mem::replace(&mut disc.counted_to, time));
+        }
         if self.is_settled {
-            self.flights += ended;
             self.path.add_amount(length, ended as f64);
         }
         self.is_settled |= is_settled;
         if let Some(state) = state {
-            self.take_velocities(state);
+            self.take_velocities(time, state);
         }
     }
 
-    fn take_velocities(&mut self, state: &StateTable) {
+    fn take_velocities(&mut self, time: f64, state: &StateTable) {
         let places = ["vx", "vy"].map(|name| state.index(name));
         let [Some(vx), Some(vy)] = places else { return };
-        self.discs.resize(state.rows(), Disc { velocity: [0.0; 2], since: None });
+        self.discs.resize(state.rows(), Disc { velocity: [0.0; 2], since: None, counted_to: time });
         for (disc, row) in self.discs.iter_mut().zip(state.iter()) {
             disc.velocity = [row[vx], row[vy]];
         }
@@ -115,8 +123,8 @@ impl FreeFlights {
         self.path.estimate()
     }
 
-    /// Whether any flight has ended.
-    pub(super) fn is_empty(&self) -> bool {
-        self.flights == 0
+    /// Flights of a disc whose beginning and end were recorded.
+    pub(super) fn per_disc(&self) -> f64 {
+        self.flights as f64 / self.discs.len() as f64
     }
 }

@@ -12,6 +12,9 @@ use std::f64::consts::FRAC_PI_2;
 /// Packing fraction up to which the distributions are compared. There, 2 % fewer flights are shorter than a tenth of the mean than of independent
 /// discs, and 5 % fewer at 0.1: two discs that part do not collide again at once.
 const MAX_INDEPENDENT_FRACTION: f64 = 0.01;
+/// Flights of a disc from which on the distributions are compared.
+const MIN_FLIGHTS_PER_DISC: f64 = 100.0;
+const NO_COLLISIONS: &str = "needs collisions of two discs in two frames or more";
 /// Why there are no free flights.
 const NEEDS_ONE_RATE: &str = "needs elastic discs of one size";
 
@@ -19,7 +22,7 @@ impl PackingRun {
     /// Adds the collisions of a frame, if free flights are defined.
     pub(super) fn add_to_free_flights(
         &mut self,
-        events: f64,
+        [time, events]: [f64; 2],
         state: Option<&StateTable>,
         collisions: &PackingEvents,
     ) {
@@ -28,7 +31,7 @@ impl PackingRun {
             let is_settled = self.is_settled(events);
             self.free_flights
                 .get_or_insert_default()
-                .add_frame(state, collisions, units, is_settled);
+                .add_frame(time, state, collisions, units, is_settled);
         }
     }
 
@@ -55,15 +58,22 @@ impl PackingRun {
         }
         // It does not depend on the energy of the start.
         let theory = self.free_flight_theory().map(|[_, path]| path);
-        found.compare(metric::MEAN_FREE_PATH, flights.path(), theory);
+        let Some(path) = flights.path() else {
+            return found.explain(metric::MEAN_FREE_PATH, NO_COLLISIONS);
+        };
+        found.compare(metric::MEAN_FREE_PATH, Some(path), theory);
     }
 
     /// The distributions of time and length, as [`FreeFlights::distribution`], and whether that of independent discs applies.
     pub(super) fn free_flight_distributions(&self) -> Option<([Vec<[f64; 4]>; 2], bool)> {
-        let flights = self.free_flights.as_ref().filter(|flights| !flights.is_empty())?;
+        let flights = self.free_flights.as_ref().filter(|flights| flights.per_disc() > 0.0)?;
         let [time, _] = self.free_flight_theory()?;
         let is_dilute = self.packing_fraction()? <= MAX_INDEPENDENT_FRACTION;
-        let applies = is_dilute && time.violation.is_none() && !self.has_walls();
+        // Of fewer flights, those that are not complete are missed, which are long.
+        let applies = is_dilute
+            && flights.per_disc() > MIN_FLIGHTS_PER_DISC
+            && time.violation.is_none()
+            && !self.has_walls();
         Some(([0, 1].map(|which| flights.distribution(which)), applies))
     }
 }
