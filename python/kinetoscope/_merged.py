@@ -73,8 +73,7 @@ class MergedRun(Run):
 
     @contextlib.contextmanager
     def _file(self) -> Iterator[Path]:
-        _refuse(self.path)
-        yield self.path
+        yield _refuse(self.path)
 
 
 class MergedExperiment(Experiment):
@@ -98,8 +97,7 @@ class MergedExperiment(Experiment):
 
     @contextlib.contextmanager
     def _input(self) -> Iterator[Path]:
-        _refuse(self.path)
-        yield self.path
+        yield _refuse(self.path)
 
     def _stored(self) -> Dict[str, object]:
         _refuse(self.path)
