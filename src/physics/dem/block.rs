@@ -1,5 +1,6 @@
 //! Blocks of discs that are adjacent in memory, with their neighbor lists: the data that all algorithms of a step share.
 
+use crate::dem::motion;
 use crate::simd::registers::MAX_WIDTH;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -65,6 +66,9 @@ pub(super) struct Pairs<Second = u16> {
     pub(super) reach: Vec<f64>,
     /// eta of the pair, N s/m.
     pub(super) damping: Vec<f64>,
+    /// R = r_i r_j / (r_i + r_j), m; empty until it is needed.
+    #[serde(skip)]
+    pub(super) reduced_radius: Vec<f64>,
     /// Stretch of the tangential springs, m; empty without friction.
     pub(super) stretch: Vec<f64>,
     /// Stretch of the rolling springs, m; empty without rolling friction.
@@ -184,6 +188,7 @@ impl<Second: DiscIndex> Pairs<Second> {
         reserve(&mut self.second, pairs);
         reserve(&mut self.reach, pairs);
         reserve(&mut self.damping, pairs);
+        self.reduced_radius.clear();
         self.stretch.clear();
         self.rolling_stretch.clear();
         self.ends = ends;
@@ -203,9 +208,9 @@ impl<Second: DiscIndex> Pairs<Second> {
         self.second.resize(count, Second::default());
         self.reach.resize(count, 0.0);
         self.damping.resize(count, 0.0);
-        for springs in [&mut self.stretch, &mut self.rolling_stretch] {
-            if !springs.is_empty() {
-                springs.resize(count, 0.0);
+        for column in [&mut self.reduced_radius, &mut self.stretch, &mut self.rolling_stretch] {
+            if !column.is_empty() {
+                column.resize(count, 0.0);
             }
         }
     }
@@ -221,6 +226,19 @@ impl<Second: DiscIndex> Pairs<Second> {
     /// Number of pairs in the first `tiers` tiers.
     pub(super) fn in_tiers(&self, tiers: usize) -> usize {
         Ord::min(self.ends[tiers - 1] as usize, self.len())
+    }
+}
+
+impl Pairs {
+    /// Finds the reduced radii of the pairs, unless they are known since the list was built; `radii` are those of the block's discs, m.
+    pub(super) fn find_reduced_radii(&mut self, radii: &[f64]) {
+        if self.reduced_radius.len() == self.len() {
+            return;
+        }
+        self.reduced_radius.clear();
+        let ends = self.first.iter().zip(&self.second);
+        let radii = ends.map(|(&one, &other)| [radii[usize::from(one)], radii[usize::from(other)]]);
+        self.reduced_radius.extend(radii.map(|[one, other]| motion::reduced_radius(one, other)));
     }
 }
 

@@ -42,6 +42,8 @@ pub(super) struct PairSums<'a> {
 
 /// The springs of groups of pairs; empty without friction.
 pub(super) struct Springs<'a, const N: usize> {
+    /// R = r_i r_j / (r_i + r_j), m; empty if no force depends on it.
+    pub(super) reduced_radius: &'a [[f64; N]],
     pub(super) stretch: &'a mut [[f64; N]],
     pub(super) rolling_stretch: &'a mut [[f64; N]],
 }
@@ -142,6 +144,11 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             let end = Ord::min(start + BATCH, groups.first.len());
             let groups = groups.range(start..end);
             let springs = &mut Springs {
+                reduced_radius: if FRICTION && (ROLLING || L::HAS_CIRCLE) {
+                    &springs.reduced_radius[start..end]
+                } else {
+                    &[]
+                },
                 stretch: if FRICTION { &mut springs.stretch[start..end] } else { &mut [] },
                 rolling_stretch: if ROLLING {
                     &mut springs.rolling_stretch[start..end]
@@ -208,8 +215,12 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             contact.overlap = contact.overlap.or_zero(mask);
             contact.separating_speed = contact.separating_speed.or_zero(mask);
             if L::HAS_CIRCLE {
-                // SAFETY: the caller checked the indices.
-                let radius = unsafe { reduced_radii(*instructions, context.discs.radii, ends) };
+                let radius = if FRICTION {
+                    instructions.load(&springs.reduced_radius[group])
+                } else {
+                    // SAFETY: the caller checked the indices.
+                    unsafe { reduced_radii(*instructions, context.discs.radii, ends) }
+                };
                 contact = contact.with_circle::<L>(radius);
                 if FRICTION && L::HAS_MINDLIN_SPRINGS {
                     let before = motion::overlap_before(separation, velocity, law.time_step, reach);
@@ -322,7 +333,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             [[-(arm * force), arm * dashpot], [-(other_arm * force), other_arm * dashpot]];
         if ROLLING {
             let before = instructions.load(&springs.rolling_stretch[group]);
-            let reduced_radius = radius * other_radius / instructions.load(&groups.reach[group]);
+            let reduced_radius = instructions.load(&springs.reduced_radius[group]);
             let limit = rolling_friction * pressing;
             let (rolled, torque) = law.rolling(reduced_radius, spin - other_spin, before, limit);
             instructions.store(rolled.stretch.or_zero(mask), &mut springs.rolling_stretch[group]);

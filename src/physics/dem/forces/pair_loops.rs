@@ -95,9 +95,13 @@ impl<L: NormalLaw, C: ContactRecorder, const ROLLING: bool, const MIXED: bool> K
         let Self { law, context, pairs, sums, recorder } = self;
         // A register may hold pairs behind the tiers in scope: they are apart, and their springs are not stretched.
         let range = 0..pairs.in_tiers(context.step.scope.tiers).div_ceil(N);
+        if ROLLING || L::HAS_CIRCLE {
+            pairs.find_reduced_radii(context.discs.radii);
+        }
         let Pairs { first, second, reach, damping, stretch, rolling_stretch, .. } = pairs;
         let groups = PairGroups::<N>::of([first, second], reach, damping).range(range);
         let springs = &mut Springs {
+            reduced_radius: pairs.reduced_radius.as_chunks().0,
             stretch: stretch.as_chunks_mut().0,
             rolling_stretch: rolling_stretch.as_chunks_mut().0,
         };
@@ -160,7 +164,8 @@ impl<L: NormalLaw, C: ContactRecorder> Kernel for Frictionless<'_, '_, L, C> {
         let mut kernel = ContactKernel::new(instructions, law, context, sums, recorder);
         kernel.check_indices(&groups);
         let batch = &mut Batch::new(instructions);
-        let springs = &mut Springs { stretch: &mut [], rolling_stretch: &mut [] };
+        let springs =
+            &mut Springs { reduced_radius: &[], stretch: &mut [], rolling_stretch: &mut [] };
         let mut add = |groups: &PairGroups<'_, N>| {
             // SAFETY: every index is less than the number of discs.
             unsafe { kernel.add::<false, false, false>(groups, springs, batch) }
