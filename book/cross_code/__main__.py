@@ -134,6 +134,39 @@ in other steps in the two programs, and the error of the time step is then large
     return title, body, worst(rows) <= tolerance and 80 <= ratio <= 125, worst(control) <= tolerance, f"discs within {number(worst(rows), 2)} m"
 
 
+def lammps_mindlin_page(kinetoscope, folder):
+    """DEM with Mindlin's tangential springs against LAMMPS."""
+    from lammps_discs import HARDEST, RADIUS, SOFTER, compare_mindlin, mindlin_manifest
+
+    rows, key, version = compare_mindlin(kinetoscope, folder, HARDEST)
+    control, _, _ = compare_mindlin(kinetoscope, folder, HARDEST, 1 + 1e-3)
+    soft, _, _ = compare_mindlin(kinetoscope, folder, SOFTER)
+    tolerance, ratio = 1e-4 * RADIUS, soft[-1][-1] / rows[-1][-1]
+    heads = ["time, s", "kinetic energy, J", "in LAMMPS, J", "largest distance, m"]
+
+    def cells(rows):
+        return [[number(time), number(ours, 9), number(theirs, 9), number(distance, 2)] for time, ours, theirs, distance in rows]
+
+    def worst(rows):
+        return max(row[-1] for row in rows)
+
+    title = "Mindlin's springs and LAMMPS"
+    text = f"""Twenty elastic spheres in a plane with Hertz's and Mindlin's laws, from the same start, in Kinetoscope and in LAMMPS {version} (`pair_style granular`
+with `hertz/material` and `tangential mindlin_rescale/force`, `fix wall/gran`, `fix nve/sphere disc`), step by step. Kinetic energies include the rotation.
+
+```toml
+{mindlin_manifest(HARDEST, 5e-9).strip()}
+```
+
+In both programs, the force of a tangential spring stays while the circle of contact grows, and decreases in proportion to it while it shrinks. The lever arms differ, as
+with springs of a constant stiffness: LAMMPS takes the radius, Kinetoscope the distance from the center to the contact point. The difference is proportional to the
+overlap, and by Hertz's law the overlap is proportional to the modulus to the power of −2/5. Therefore, spheres of {number(SOFTER)} Pa must increase the distance by a factor of
+100: it increases by {number(ratio, 3)}."""
+    body = page(title, text, heads, cells(rows), ("The tangential stiffness 8 G* in LAMMPS is larger by a thousandth:", cells(control)),
+                "no disc is farther away than 1e-4 of its radius at any frame, and the ratio of distances is from 80 to 125.", key)
+    return title, body, worst(rows) <= tolerance and 80 <= ratio <= 125, worst(control) <= tolerance, f"discs within {number(worst(rows), 2)} m"
+
+
 def rebound_page(kinetoscope, folder):
     """Orbits against REBOUND."""
     from rebound_orbits import compare
@@ -161,6 +194,7 @@ def main():
     parser.add_argument("--output", type=Path, required=True, help="folder of the pages")
     options = parser.parse_args()
     comparisons = {"dem": ("LAMMPS", lammps_page), "dem_friction": ("LAMMPS", lammps_friction_page),
+                   "dem_mindlin": ("LAMMPS", lammps_mindlin_page),
                    "orbit": ("REBOUND", rebound_page),
                    "packing": ("the plain program", lambda *places: discs(*places, "packing")),
                    "gas": ("the plain program", lambda *places: discs(*places, "gas"))}

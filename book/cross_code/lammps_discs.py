@@ -21,6 +21,8 @@ STIFFNESS, MASS, RADIUS, SIDE, RESTITUTION, STEP, STEPS = 5e4, 1e-3, 5e-4, 0.012
 FRAMES = 10
 # With friction: the stiffest springs, N/m, the coefficient and the time, s.
 STIFFEST, FRICTION, FRICTION_TIME = 5e10, 0.5, 0.002
+# Elastic spheres: moduli, Pa, of the hardest and of softer ones with overlaps a hundred times larger, and Poisson's ratio.
+HARDEST, SOFTER, POISSON_RATIO = 6.4e16, 6.4e11, 0.3
 MANIFEST = f"""name = "cross_code_dem"
 seed = 5
 [model.dem]
@@ -125,10 +127,21 @@ def compare(kinetoscope, folder, damping=1.0):
 
 def friction_manifest(stiffness, step):
     """The discs with friction, faster, until contacts of the two programs begin in different steps."""
+    dashpot = f"damping_n_s_per_m = {friction_damping(stiffness)}\nlimit_damping = true\nfriction = {FRICTION}\ntangential_to_normal_damping = 0.0"
+    return fast_manifest(f"stiffness_n_per_m = {stiffness}", dashpot, step)
+
+
+def mindlin_manifest(modulus, step):
+    """The same discs as elastic spheres with Mindlin's tangential springs, without a dashpot."""
+    springs = f'youngs_modulus_pa = {modulus}\npoisson_ratio = {POISSON_RATIO}\ntangential_law = "mindlin"'
+    return fast_manifest(springs, f"restitution = 1.0\nfriction = {FRICTION}", step)
+
+
+def fast_manifest(springs, dashpot, step):
+    """The manifest with other springs and another dashpot, for faster discs and a shorter time."""
     text = MANIFEST
-    for old, new in [(f"stiffness_n_per_m = {STIFFNESS}", f"stiffness_n_per_m = {stiffness}"), (f"time_step_s = {STEP}", f"time_step_s = {step}"),
-                     (f"restitution = {RESTITUTION}", f"damping_n_s_per_m = {friction_damping(stiffness)}\nlimit_damping = true\n"
-                      f"friction = {FRICTION}\ntangential_to_normal_damping = 0.0"),
+    for old, new in [(f"stiffness_n_per_m = {STIFFNESS}", springs), (f"time_step_s = {STEP}", f"time_step_s = {step}"),
+                     (f"restitution = {RESTITUTION}", dashpot),
                      ("velocity_std_m_per_s = 0.1", "velocity_std_m_per_s = 0.4"), (f"duration_s = {STEP * STEPS}", f"duration_s = {FRICTION_TIME}")]:
         text = text.replace(old, new)
     return text
@@ -146,13 +159,30 @@ def compare_friction(kinetoscope, folder, stiffness, tangential=1.0):
     tangential dashpot. The lever arms differ: for the speed of a surface, and at walls for the torque as well, LAMMPS takes the radius.
     """
     step = 1e-8 * math.sqrt(STIFFEST / stiffness)
-    with tempfile.TemporaryDirectory(dir=folder) as own:
-        frames, energies, key = recorded(kinetoscope, Path(own), friction_manifest(stiffness, step))
 
     def law(mass):
         return (f"hooke {stiffness} {friction_damping(stiffness) / mass} tangential linear_history {2 / 7 * tangential * stiffness} 0 {FRICTION} "
                 "damping mass_velocity limit_damping")
 
-    peer = simulation(frames[0][1], step, "granular", law(MASS / 2), f"granular {law(MASS)}")
+    return follow_granular(kinetoscope, folder, friction_manifest(stiffness, step), step, [law(MASS / 2), law(MASS)])
+
+
+def compare_mindlin(kinetoscope, folder, modulus, tangential=1.0):
+    """The rows with Mindlin's springs; `tangential` multiplies their stiffness 8 G* in LAMMPS.
+
+    `tangential mindlin_rescale/force` keeps the force while the circle of contact grows, and lets it decrease with the circle, as Kinetoscope does.
+    """
+    # By Hertz's law, overlaps and durations are proportional to modulus^(-2/5).
+    step = 5e-9 if modulus == HARDEST else 5e-7
+    stiffness = tangential * 2 * modulus / ((2 - POISSON_RATIO) * (1 + POISSON_RATIO))
+    law = f"hertz/material {modulus} 0 {POISSON_RATIO} tangential mindlin_rescale/force {stiffness} 0 {FRICTION} damping velocity"
+    return follow_granular(kinetoscope, folder, mindlin_manifest(modulus, step), step, [law, law])
+
+
+def follow_granular(kinetoscope, folder, manifest, step, laws):
+    """The rows of a manifest with friction, and of LAMMPS's `granular` with the laws of pairs and walls."""
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        frames, energies, key = recorded(kinetoscope, Path(own), manifest)
+    peer = simulation(frames[0][1], step, "granular", laws[0], f"granular {laws[1]}")
     rows, version = follow(frames, energies, peer, round(FRICTION_TIME / step))
     return rows, key, version
