@@ -379,7 +379,7 @@ impl InstructionSet<1> for Scalar {
 }
 
 /// For a set of eight lanes, an order that puts the lanes in the set first.
-#[cfg(any(target_arch = "x86_64", target_arch = "wasm32"))]
+#[cfg(any(target_arch = "x86_64", all(target_arch = "wasm32", target_feature = "simd128")))]
 pub(super) const fn selected_first(set: usize) -> [u8; 8] {
     let mut order = [0; 8];
     let (mut lane, mut place) = (0, 0);
@@ -394,7 +394,7 @@ pub(super) const fn selected_first(set: usize) -> [u8; 8] {
 }
 
 /// The order of [`selected_first`] for every set of eight lanes.
-#[cfg(any(target_arch = "x86_64", target_arch = "wasm32"))]
+#[cfg(any(target_arch = "x86_64", all(target_arch = "wasm32", target_feature = "simd128")))]
 pub(super) static SELECTED_FIRST: [[u8; 8]; 256] = {
     let mut orders = [[0; 8]; 256];
     let mut set = 0;
