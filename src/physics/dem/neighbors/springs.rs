@@ -8,7 +8,7 @@ use crate::dem::discs::Discs;
 use crate::simd::registers::MAX_WIDTH;
 use serde::{Deserialize, Serialize};
 
-/// Stretched springs, in the order of the ids of their ends.
+/// Stretched springs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Springs {
     /// The smaller id first; stretches are relative to it.
@@ -17,10 +17,13 @@ pub(crate) struct Springs {
     walls: Vec<([u32; 2], Stretch)>,
 }
 
-/// The first spring of each smaller id in a sorted list, so that a spring is found without a search.
+/// The springs of each smaller id, so that a spring is found without a search, and the springs need not be sorted.
 struct SpringIndex<'a> {
     springs: &'a [([u32; 2], Stretch)],
-    starts: Vec<u32>,
+    /// Numbers of the springs, in the order of the smaller ids.
+    order: Vec<u32>,
+    /// The end of each smaller id's part of the order.
+    ends: Vec<u32>,
 }
 
 /// Finds springs while lists are built.
@@ -48,8 +51,6 @@ impl Springs {
             let walls = block.walls.iter().filter(|pair| pair.stretch != [0.0; 2]);
             springs.walls.extend(walls.map(|pair| ([id(pair.disc), pair.wall], pair.stretch)));
         }
-        springs.pairs.sort_unstable_by_key(|spring| spring.0);
-        springs.walls.sort_unstable_by_key(|spring| spring.0);
         springs
     }
 
@@ -80,31 +81,36 @@ fn from_smaller_id(first: u32, second: u32, [sliding, rolling]: Stretch) -> ([u3
 
 impl<'a> SpringIndex<'a> {
     fn of(springs: &'a [([u32; 2], Stretch)]) -> Self {
-        let ids = springs.last().map_or(0, |spring| spring.0[0] as usize + 1);
-        let mut starts = vec![0; ids + 1];
+        let ids = springs.iter().map(|([id, _], _)| *id as usize + 1).max().unwrap_or(0);
+        let mut ends = vec![0; ids];
         for ([id, _], _) in springs {
-            // Only a list from a damaged checkpoint is not sorted.
-            if let Some(count) = starts.get_mut(*id as usize + 1) {
-                *count += 1;
-            }
+            ends[*id as usize] += 1;
         }
         let mut sum = 0;
-        for start in &mut starts {
-            sum += *start;
-            *start = sum;
+        for end in &mut ends {
+            // The start at first; each spring then moves it by one.
+            sum += std::mem::replace(end, sum);
         }
-        Self { springs, starts }
+        let mut order = vec![0; springs.len()];
+        for (number, ([id, _], _)) in springs.iter().enumerate() {
+            let end = &mut ends[*id as usize];
+            order[*end as usize] = number as u32;
+            *end += 1;
+        }
+        Self { springs, order, ends }
     }
 
     /// The stretch of a spring, zero if there is none.
     fn stretch(&self, ends: [u32; 2]) -> Stretch {
         let id = ends[0] as usize;
-        let Some(&[start, end]) = self.starts.get(id..id + 2).and_then(|range| range.first_chunk())
-        else {
-            return [0.0; 2];
-        };
-        let from_here = &self.springs[start as usize..end as usize];
-        from_here.iter().find(|spring| spring.0 == ends).map_or([0.0; 2], |spring| spring.1)
+        let Some(&end) = self.ends.get(id) else { return [0.0; 2] };
+        let start = if id > 0 { self.ends[id - 1] } else { 0 };
+        let mut springs = self.order[start as usize..end as usize].iter();
+        let found = springs.find_map(|&number| {
+            let (both, stretch) = self.springs[number as usize];
+            (both == ends).then_some(stretch)
+        });
+        found.unwrap_or([0.0; 2])
     }
 }
 
