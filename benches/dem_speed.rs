@@ -75,8 +75,9 @@
 //! - `frictional_spheres_history` (gran/hertz/history with its tangential springs, of another stiffness; 29 Nov 2026, on a busy machine):
 //!   `10000 500 5` 5.3 (5.2 to 5.4) and 4.9 (4.1 to 5.6), `10000 2000 7` 4.9 (4.5 to 6.2), `10000 1000 6` 5.4 (4.8 to 6.3); on an idle
 //!   Intel Xeon with AVX-512, `10000 2000 7` 4.8 (4.3 to 5.6), where `spheres_history 10000 1000 3` gives 9.5 (8.9 to 10.0); since reduced
-//!   radii are kept with the pairs, which gains 4 % (nine pairs of programs, same bits), 4.9 (4.8 to 5.1). What did not help: radii from
-//!   the vectors of radius and spin (0.99), four pairs per register (0.98), springs sorted by one number (1.003);
+//!   radii are kept with the pairs (1.04 of the program before, nine pairs, same bits) and springs are not sorted when lists are rebuilt (1.01 to
+//!   1.02), 5.0 (4.7 to 5.4, nine pairs) on the same machine, busy. What did not help: radii from the vectors of radius and spin (0.99), four
+//!   pairs per register (0.98), springs sorted by one number (1.003);
 //! - `equal 2000 10000 1`: kinetic energies of a bed at rest 8e-12 apart; those of the gas are 1e-4 apart after 4000 steps. While a bed still
 //!   moves, they diverge, because its motion is chaotic.
 //!
