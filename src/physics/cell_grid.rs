@@ -128,6 +128,17 @@ impl CellGrid {
         [along(0), along(1)]
     }
 
+    /// The cell that is a number of columns and rows further; `None` beyond a wall.
+    pub(crate) fn shifted(&self, cell: Cell, by: [i32; 2]) -> Option<Cell> {
+        let is_periodic = self.table == self.counts;
+        let along = |axis: usize| {
+            let (count, index) = (self.counts[axis] as i32, i32::from(cell[axis]) + by[axis]);
+            let exists = is_periodic || (0..count).contains(&index);
+            exists.then(|| index.rem_euclid(count) as u16)
+        };
+        Some([along(0)?, along(1)?])
+    }
+
     /// The vector from the corner of the adjacent cell on a side to the corner of a cell.
     #[inline(always)]
     pub(crate) fn offset_from_neighbor(&self, side: Side) -> Vector {

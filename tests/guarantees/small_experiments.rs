@@ -128,6 +128,16 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          placement = \"compressed\"\nduration = 30.0\n[record]\nframes = 20\n",
     ),
     (
+        "packing_obstacles",
+        "seed = 31\n[model.packing]\ndiscs = 60\nboundary = \"periodic\"\nradius_half_width = 0.1\n\
+         obstacles = { positions = [[-12.0, 3.0], [0.0, -9.0], [19.5, 14.0]], radius = 4.0 }\nevents_per_disc = 20\n[record]\nframes = 20\n",
+    ),
+    (
+        "packing_obstacles_in_gravity",
+        "seed = 32\n[model.packing]\ndiscs = 60\ngravity = 0.2\nrestitution = 0.9\ncutoff_velocity = 1e-2\nduration = 30.0\n\
+         obstacles = { positions = [[-12.0, -6.0], [0.0, -10.0], [12.0, -3.0]], radius = 2.5 }\n[record]\nframes = 20\n",
+    ),
+    (
         "packing_compressed",
         "seed = 16\n[model.packing]\ndiscs = 60\nwidth = 18.0\nheight = 18.0\nplacement = \"compressed\"\n[record]\nframes = 20\n",
     ),

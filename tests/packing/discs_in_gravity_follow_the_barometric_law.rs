@@ -6,14 +6,14 @@
 //! (1975) 971, whose fourth virial coefficient is 1 % off, which is below 1e-6 of Z here.
 //! Setup: 20 seeds of 2000 discs that start uniformly in a box and exchange energy by collisions only: the temperature of each seed is that
 //! of its energy. 16 states, each 20 units of time after the one before, in 20 layers. Then dense discs above a floor with a
-//! temperature.
+//! temperature. Among pegs, the density is the same where there is room for centers, and a layer has as many discs fewer as it has less room.
 //! Tolerance: chi-square of 19 degrees of freedom exceeds 43.8 with a probability of 0.001.
-//! Control: gravity in the law stronger by 1 %.
+//! Control: gravity in the law stronger by 1 %, and a law without the pegs.
 
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 use crate::discs_in_gravity_fly_on_parabolas::with_gravity;
-use crate::runs::{DiscState, advance_to_time, disc_states, message, prepare};
+use crate::runs::{DiscState, advance_to_time, disc_states, message, prepare, with_obstacles};
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_manifest::quantity::{BoxSide, Positive};
 use kinetoscope_recording::channels::{PackingCollisions, PackingEnergy};
@@ -25,6 +25,8 @@ const LAYERS: usize = 20;
 /// Discs in gravity, in a box whose lowest and highest centers are at half of `height` below and above its middle.
 #[derive(Clone, Copy)]
 struct Column {
+    /// Pegs per row; none without.
+    pegs: u32,
     discs: f64,
     radius: f64,
     width: f64,
@@ -34,6 +36,10 @@ struct Column {
 
 /// Number of points in the integration over the height.
 const POINTS: usize = 2_000;
+
+/// Heights of the rows of pegs, which do not overlap, and the radius of a peg.
+const ROWS: [f64; 3] = [-7.75, -4.75, -1.75];
+const PEG: f64 = 1.25;
 
 impl Column {
     fn config(self) -> PackingConfig {
@@ -45,7 +51,28 @@ impl Column {
             height: side(self.height),
             ..PackingConfig::default()
         };
-        with_gravity(config, self.gravity)
+        let config = with_gravity(config, self.gravity);
+        if self.pegs > 0 { with_obstacles(config, &self.centers_of_pegs(), PEG) } else { config }
+    }
+
+    /// Rows in the lower half of the box, at a distance from each other and from the walls.
+    fn centers_of_pegs(self) -> Vec<[f64; 2]> {
+        let spacing = self.width / f64::from(self.pegs.max(1));
+        let x = |column: u32| spacing * (f64::from(column) + 0.5) - 0.5 * self.width;
+        let pegs = ROWS.iter().flat_map(|y| (0..self.pegs).map(move |column| [x(column), *y]));
+        pegs.collect()
+    }
+
+    /// The width that the pegs leave for centers at each height.
+    fn widths(self) -> Vec<f64> {
+        let step = self.height / POINTS as f64;
+        let width = |index: usize| {
+            let y = step * (index as f64 + 0.5) - 0.5 * self.height;
+            let contact = PEG + self.radius;
+            let half = |row: &f64| (contact * contact - (y - row) * (y - row)).max(0.0).sqrt();
+            self.width - 2.0 * f64::from(self.pegs) * ROWS.iter().map(half).sum::<f64>()
+        };
+        (0..POINTS).map(width).collect()
     }
 
     /// p/T at a packing fraction times the area of a disc, φ Z, and its slope.
@@ -58,30 +85,29 @@ impl Column {
     }
 
     /// The number of discs at each height, for a packing fraction at the floor: d(φ Z)/dy = -φ g/T, by the midpoint rule.
-    fn profile(self, temperature: f64, at_floor: f64) -> Vec<f64> {
+    fn profile(self, temperature: f64, at_floor: f64, widths: &[f64]) -> Vec<f64> {
         let step = self.height / POINTS as f64;
         let slope =
             |fraction: f64| -fraction * self.gravity / temperature / Self::pressure(fraction)[1];
         let mut fraction = at_floor;
         let area = PI * self.radius * self.radius;
-        (0..POINTS)
-            .map(|_| {
-                let middle = fraction + 0.5 * step * slope(fraction);
-                fraction += step * slope(middle);
-                middle / area * self.width * step
-            })
-            .collect()
+        let layer = |width: &f64| {
+            let middle = fraction + 0.5 * step * slope(fraction);
+            fraction += step * slope(middle);
+            middle / area * width * step
+        };
+        widths.iter().map(layer).collect()
     }
 
     /// The profile of all discs, by bisection.
     fn profile_of_all(self, temperature: f64) -> Vec<f64> {
-        let (mut low, mut high) = (0.0, 0.9);
+        let (mut low, mut high, widths) = (0.0, 0.9, self.widths());
         for _ in 0..45 {
             let middle = 0.5 * (low + high);
-            let discs: f64 = self.profile(temperature, middle).iter().sum();
+            let discs: f64 = self.profile(temperature, middle, &widths).iter().sum();
             if discs < self.discs { low = middle } else { high = middle }
         }
-        self.profile(temperature, low)
+        self.profile(temperature, low, &widths)
     }
 
     /// The temperature at an energy, kinetic and above the bottom of the box, by bisection, and the profile.
@@ -125,8 +151,19 @@ fn chi_square(counts: &[f64], expected: &[f64]) -> f64 {
 
 #[test]
 fn density_of_20_seeds_follows_the_law() {
-    let column = Column { discs: 2000.0, radius: 0.015, width: 80.0, height: 20.0, gravity: 0.5 };
+    assert_law(0);
+}
+
+#[test]
+fn density_among_pegs_of_20_seeds_follows_the_law() {
+    assert_law(16);
+}
+
+fn assert_law(pegs: u32) {
+    let column =
+        Column { pegs, discs: 2000.0, radius: 0.015, width: 80.0, height: 20.0, gravity: 0.5 };
     let (mut counts, mut expected, mut control) = ([0.0; LAYERS], [0.0; LAYERS], [0.0; LAYERS]);
+    let mut without_pegs = [0.0; LAYERS];
     let mut temperatures = Vec::new();
     for seed in 0..20 {
         let mut discs = prepare(&column.config(), seed, 0);
@@ -141,9 +178,11 @@ fn density_of_20_seeds_follows_the_law() {
         }
         let per_disc = layers(&profile);
         let of_control = layers(&stronger.profile_of_all(temperature));
+        let of_free = layers(&Column { pegs: 0, ..column }.profile_of_all(temperature));
         for layer in 0..LAYERS {
             expected[layer] += per_disc[layer];
             control[layer] += of_control[layer];
+            without_pegs[layer] += of_free[layer];
         }
         if seed == 0 {
             let pairs = message::<PackingCollisions>(&discs).pair_collisions;
@@ -157,10 +196,11 @@ fn density_of_20_seeds_follows_the_law() {
     let (found, controlled) = (chi_square(&counts, &expected), chi_square(&counts, &control));
     let mean = temperatures.iter().sum::<f64>() / temperatures.len() as f64;
     println!(
-        "chi-square {found:.1} of 19, control {controlled:.1}, T over that of the energy {mean:.5}"
+        "{pegs} pegs per row: chi-square {found:.1} of 19, control {controlled:.1}, T over that of the energy {mean:.5}"
     );
     assert!(found < 43.8, "{found}");
     assert!(controlled > 43.8, "control: {controlled}");
+    assert!(pegs == 0 || chi_square(&counts, &without_pegs) > 43.8, "control: no pegs");
     // The kinetic energy of all discs fluctuates by less than 1/sqrt(N).
     assert!((mean - 1.0).abs() < 4.0 / (320.0_f64 * 2000.0).sqrt(), "{mean}");
 }
@@ -168,7 +208,8 @@ fn density_of_20_seeds_follows_the_law() {
 /// Discs that are dense at the floor, which has a temperature: the layers are those of the equation of state, not those of points.
 #[test]
 fn dense_layers_follow_the_equation_of_state() {
-    let column = Column { discs: 2000.0, radius: 0.5, width: 100.0, height: 60.0, gravity: 0.2 };
+    let column =
+        Column { pegs: 0, discs: 2000.0, radius: 0.5, width: 100.0, height: 60.0, gravity: 0.2 };
     let floor_temperature = Some(Positive::literal(2.0));
     let mut discs = prepare(&PackingConfig { floor_temperature, ..column.config() }, 3, 0);
     let mut counts = [0.0; LAYERS];

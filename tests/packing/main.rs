@@ -20,6 +20,10 @@ mod recorded_events_rebuild_positions;
 mod discs_in_gravity_fly_on_parabolas;
 // The density in gravity follows the barometric law, with the pressure of the discs.
 mod discs_in_gravity_follow_the_barometric_law;
+// Discs among fixed obstacles fly, collide, keep their energy and stay apart from them.
+mod discs_fly_among_obstacles;
+// A gas leaves through a gap between obstacles at the rate of kinetic theory.
+mod gas_leaves_through_a_gap_between_obstacles;
 // The time to contact is exact for distant, grazing and nearly touching discs.
 mod time_to_contact_is_exact;
 // A single disc follows its unfolded straight path.

@@ -2,14 +2,14 @@
 //! position and the velocity of each disc at any time until the next frame.
 //!
 //! Source: free flight; the momentum of two discs is conserved in a collision.
-//! Setup: walls with noise, inelastic discs, several sizes and a periodic box; ten frames, and 1000 random times at which another run
+//! Setup: walls with noise, inelastic discs, several sizes, obstacles and a periodic box; ten frames, and 1000 random times at which another run
 //! is observed.
 //! Tolerance: 1e-12 of the longer side, some 40 roundings of a coordinate; centers at contact and directions likewise.
 //! Control: without the event before a random time, one disc is elsewhere.
 
 use crate::runs::{
     DiscState, advance_to_time, at_fraction, disc_states, message, prepare, prepare_with_series,
-    squared_speed, with_restitution, without_noise,
+    squared_speed, with_obstacles, with_restitution, without_noise,
 };
 use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use kinetoscope_manifest::quantity::NonNegative;
@@ -148,6 +148,10 @@ fn frame_and_events_give_positions_at_any_time() {
     let fluid = at_fraction(80, 0.4);
     assert_rebuilt(&fluid);
     assert_rebuilt(&with_restitution(without_noise(fluid.clone()), 0.95));
+    let pegs = [[-5.0, -6.0], [4.0, 3.0], [-3.0, 6.0]];
+    let among_pegs = with_obstacles(without_noise(at_fraction(80, 0.3)), &pegs, 1.5);
+    assert_rebuilt(&with_restitution(among_pegs.clone(), 0.95));
+    assert_rebuilt(&PackingConfig { boundary: Boundary::Periodic, ..among_pegs });
     let mixture = PackingConfig { radius_half_width: NonNegative::literal(0.2), ..fluid };
     assert_rebuilt(&PackingConfig { boundary: Boundary::Periodic, ..without_noise(mixture) });
 }

@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used)] // An invalid configuration fails its test.
 
-use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, PackingState, RunLength};
+use kinetoscope_manifest::model::{
+    PackingConfig, PackingObstacles, PackingPlacement, PackingState, RunLength,
+};
 use kinetoscope_manifest::quantity::{BoxSide, Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::packing::Packing;
@@ -54,6 +56,17 @@ pub(crate) fn given(discs: &[[f64; 4]]) -> PackingConfig {
         }),
         ..PackingConfig::default()
     }
+}
+
+pub(crate) fn with_obstacles(
+    config: PackingConfig,
+    centers: &[[f64; 2]],
+    radius: f64,
+) -> PackingConfig {
+    let positions = centers.iter().map(|center| center.map(|part| Finite::new(part).unwrap()));
+    let obstacles =
+        PackingObstacles { positions: positions.collect(), radius: Positive::new(radius).unwrap() };
+    PackingConfig { obstacles: Some(obstacles), ..config }
 }
 
 pub(crate) fn without_noise(config: PackingConfig) -> PackingConfig {

@@ -7,7 +7,7 @@ use crate::cell_grid::{Cell, CellGrid};
 /// no partner. Narrow cells leave the fewest discs to scan; at most four equal discs fit into one.
 const MARGIN: f64 = 1.01;
 
-/// Largest number of cells per disc: in dilute systems, narrower cells would only cause more crossings. With one cell per
+/// Largest number of cells per disc or obstacle: in dilute systems, narrower cells would only cause more crossings. With one cell per
 /// disc, cells of five discs would be frequent.
 const MAX_CELLS_PER_DISC: f64 = 2.0;
 
@@ -20,7 +20,8 @@ impl Domain {
     /// that can touch a disc are in the 3 x 3 block around its cell, in a periodic box each one once.
     pub(super) fn cell_grid(&self, discs: usize) -> CellGrid {
         let area = self.sides[0] * self.sides[1];
-        let spread = (area / (MAX_CELLS_PER_DISC * discs as f64)).sqrt();
+        let all = (discs + self.obstacles.centers.len()) as f64;
+        let spread = (area / (MAX_CELLS_PER_DISC * all)).sqrt();
         let narrowest = MARGIN * (2.0 * self.max_radius);
         let width = if spread > narrowest { spread } else { narrowest };
         let least = if self.has_walls { 1 } else { MIN_PERIODIC_CELLS };

@@ -9,7 +9,7 @@ pub(super) struct Collision {
     pub(super) disc: u32,
     /// The other participant.
     pub(super) partner: CollisionPartner,
-    /// Center of the other disc relative to that of the first; for a wall, its normal out of the box.
+    /// Center of the other disc, or of the obstacle, relative to that of the first; for a wall, its normal out of the box.
     pub(super) separation: Vector,
     /// Velocities before and after, for each disc that took part.
     pub(super) velocity_changes: VelocityChanges,
@@ -31,9 +31,11 @@ pub(super) enum CollisionPartner {
         /// The sum of the full radii.
         contact_distance: f64,
     },
+    /// A fixed obstacle.
+    Obstacle,
     /// A wall.
     Wall,
 }
 
-/// Velocities before and after a collision, of two discs. For a wall collision, the second entry is zero.
+/// Velocities before and after a collision, of two discs. For a collision with a wall or an obstacle, the second entry is zero.
 pub(super) type VelocityChanges = [[Vector; 2]; 2];

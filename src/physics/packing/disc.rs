@@ -23,7 +23,7 @@ pub(super) struct DiscRecord {
     /// The next event.
     pub(super) event: EventCode,
     /// For a pair collision: the partner's collision count at the prediction. If the count has changed, the event is
-    /// invalid.
+    /// invalid. For a collision with an obstacle: its number.
     pub(super) partner_collisions: u32,
     /// Number of collisions, modulo 2^32.
     pub(super) collisions: u32,

@@ -1,12 +1,13 @@
 //! The box and the collision parameters of a run.
 
 use super::motion::Vector;
+use super::obstacles::Obstacles;
 use super::shaking::Shaking;
 use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig};
 use serde::{Deserialize, Serialize};
 
 /// The box and the collision parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Domain {
     /// Width and height of the box, which is centered on the origin.
     pub(super) sides: Vector,
@@ -24,6 +25,8 @@ pub(super) struct Domain {
     pub(super) gravity: f64,
     /// What the floor does in gravity.
     pub(super) floor: Floor,
+    /// Discs that never move.
+    pub(super) obstacles: Obstacles,
 }
 
 /// What the floor does to the discs that fall on it.
@@ -79,6 +82,7 @@ impl Domain {
             wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
             gravity: config.gravity.get(),
             floor: Floor::of(config),
+            obstacles: Obstacles::new(config),
         }
     }
 

@@ -10,6 +10,7 @@
 mod collisions;
 mod crossings;
 mod growth;
+mod obstacles;
 mod prediction;
 mod prefetch;
 mod state;
@@ -54,9 +55,9 @@ impl Engine {
             let (cell, relative) = grid.locate(position);
             DiscRecord::new(cell, relative, velocity)
         }));
-        let diameter = 2.0 * domain.max_radius;
+        let (diameter, gravity) = (2.0 * domain.max_radius, domain.gravity);
         // A disc that falls by its diameter reaches this square of its speed, and twice this at its end.
-        let mean_square_speed = mean_square_speed + domain.gravity * diameter;
+        let mean_square_speed = mean_square_speed + gravity * diameter;
         let mut engine = Self::from_state(State {
             domain,
             discs,
@@ -69,7 +70,7 @@ impl Engine {
             collapse_detector: CollapseDetector::new(diameter, mean_square_speed),
         });
         for disc in 0..engine.state.discs.len() as u32 {
-            if domain.gravity > 0.0 {
+            if gravity > 0.0 {
                 engine.predict::<1, true>(disc);
             } else {
                 engine.predict::<1, false>(disc);
@@ -100,6 +101,10 @@ impl Engine {
                 if self.state.discs[partner as usize].collisions == record.partner_collisions =>
             {
                 StepOutcome::Collision(self.collide_pair::<WIDTH, FALLS>(disc, partner)?)
+            }
+            EventKind::Obstacle => {
+                let number = record.partner_collisions;
+                StepOutcome::Collision(self.collide_obstacle::<WIDTH, FALLS>(disc, number)?)
             }
             EventKind::Wall(side) => {
                 StepOutcome::Collision(self.collide_wall::<WIDTH, FALLS>(disc, side)?)

@@ -11,6 +11,8 @@ pub(super) const NEVER: f64 = f64::MAX;
 pub(super) enum EventKind {
     /// A collision with another disc.
     Pair(u32),
+    /// A collision with an obstacle, whose number is in the record of the disc.
+    Obstacle,
     /// A collision with a wall of the box.
     Wall(Side),
     /// The center leaves its cell: this changes the cell lists only.
@@ -19,8 +21,8 @@ pub(super) enum EventKind {
     None,
 }
 
-/// An event kind in one word: the partner's id, or one of the nine largest values. The order of the codes is the order of
-/// simultaneous events: pair, wall, crossing, none; and by id or side within a kind.
+/// An event kind in one word: the partner's id, or one of the ten largest values. The order of the codes is the order of
+/// simultaneous events: pair, obstacle, wall, crossing, none; and by id or side within a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct EventCode(pub(super) u32);
@@ -35,6 +37,9 @@ const SIDES: u32 = Side::ALL.len() as u32;
 impl EventCode {
     /// No event.
     pub(super) const NONE: Self = Self(u32::MAX);
+
+    /// A collision with an obstacle.
+    pub(super) const OBSTACLE: Self = Self(WALLS - 1);
 
     /// A collision with another disc.
     pub(super) fn pair(partner: u32) -> Self {
@@ -54,8 +59,10 @@ impl EventCode {
 
     /// The kind of the event.
     pub(super) fn kind(self) -> EventKind {
-        if self.0 < WALLS {
+        if self.0 < Self::OBSTACLE.0 {
             EventKind::Pair(self.0)
+        } else if self == Self::OBSTACLE {
+            EventKind::Obstacle
         } else if self.0 < CROSSINGS {
             EventKind::Wall(Side::ALL[(self.0 - WALLS) as usize])
         } else if self == Self::NONE {

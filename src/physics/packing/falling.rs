@@ -121,7 +121,9 @@ impl Falling {
             self.sums = self.sums.plus(after, 1.0).plus(before, -1.0);
         }
         match collision.partner {
-            CollisionPartner::Disc { .. } => self.dissipated.add(-collision.energy_gain),
+            CollisionPartner::Disc { .. } | CollisionPartner::Obstacle => {
+                self.dissipated.add(-collision.energy_gain)
+            }
             CollisionPartner::Wall => self.floor.add(collision.energy_gain),
         }
     }

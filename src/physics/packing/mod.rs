@@ -3,11 +3,11 @@
 //! Start reading here: `motion` has the rules of motion, and `Engine::step` executes one event. The
 //! other files, in reading order:
 //!
-//! - data: `domain` (box and collision parameters), `shaking`, `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
+//! - data: `domain` (box and collision parameters), `shaking`, `obstacles`, `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - end: `rest`;
-//! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
-//!   `scan_lanes`; `cells`; `event_queue`; `inelastic_collapse`;
+//! - algorithms: `engine` with `prediction`, `collisions`, `obstacles`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
+//!   `scan_lanes`, and `falling_contact`; `cells`; `event_queue`; `inelastic_collapse`;
 //! - measurement: `observables`, `velocity_moments`, and in gravity `falling`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
@@ -27,11 +27,13 @@ mod engine;
 mod event_queue;
 mod events;
 mod falling;
+mod falling_contact;
 mod growth;
 mod inelastic_collapse;
 mod lattice;
 mod motion;
 mod observables;
+mod obstacles;
 mod random_start;
 mod rest;
 mod scan;
@@ -238,10 +240,14 @@ impl Model for Packing {
     }
 
     fn scenery(&self) -> Scenery {
-        let half = self.engine.domain().sides.map(|side| 0.5 * side);
+        let domain = self.engine.domain();
+        let half = domain.sides.map(|side| 0.5 * side);
         let (min, max) = (half.map(|half| -half), half);
+        let radius = domain.obstacles.radius;
+        let obstacles = domain.obstacles.centers.iter();
+        let circles = obstacles.map(|&center| Wall::Circle { center, radius });
         Scenery {
-            walls: vec![Wall::Rectangle { min, max }],
+            walls: [Wall::Rectangle { min, max }].into_iter().chain(circles).collect(),
             view: [min, max],
             drawn_radius: DrawnRadius::Column { min: self.min_radius() },
             speed_range_top: self.speed_range_top,
@@ -447,7 +453,7 @@ impl Packing {
 fn push_event(events: &mut EventRecord, event: u64, time: f64, collision: &Collision) {
     let second = match collision.partner {
         CollisionPartner::Disc { id, .. } => id,
-        CollisionPartner::Wall => collision.disc,
+        CollisionPartner::Wall | CollisionPartner::Obstacle => collision.disc,
     };
     let [before, after] = collision.velocity_changes[0];
     let impulse = motion::difference(before, after);

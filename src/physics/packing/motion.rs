@@ -6,7 +6,7 @@
 //! | time to the collision of two discs | [`time_to_contact`] |
 //! | time to a wall or to the edge of a cell | [`time_to_line`]; in gravity [`time_to_rise`], [`time_to_fall`] |
 //! | velocities after the collision of two discs | [`pair_collision`] |
-//! | velocity after a wall collision | [`wall_collision`] |
+//! | velocity after a wall collision, or one with an obstacle | [`wall_collision`], [`obstacle_collision`] |
 //! | the same for discs that grow | [`time_to_growing_contact`], [`growing_pair_collision`], [`growing_wall_collision`] |
 //!
 //! Symbols: x position, v velocity, t time; r separation of the centers and g relative velocity of a pair (second minus
@@ -116,6 +116,26 @@ pub(super) fn pair_collision(
         ],
         normal_impulse: impulse.abs() / distance,
     }
+}
+
+/// Velocity of a disc after a collision with a fixed obstacle, magnitude of its impulse and change of its energy: that of one of two discs that
+/// collide with opposite velocities.
+///
+/// v' = v − (1 + α) (v·n) n
+///
+/// Nothing changes if rounding lets the disc part from the obstacle already.
+pub(super) fn obstacle_collision(
+    r: Vector,
+    velocity: Vector,
+    restitution: impl Fn(f64) -> f64,
+) -> (Vector, f64, f64) {
+    if velocity[0] * r[0] + velocity[1] * r[1] <= 0.0 {
+        return (velocity, 0.0, 0.0);
+    }
+    let both = [velocity, velocity.map(|component| -component)];
+    let restitution = |relative_speed: f64| restitution(0.5 * relative_speed);
+    let found = pair_collision(r, both, restitution);
+    (found.velocities[0], found.normal_impulse, 0.5 * energy_gain(r, both, restitution))
 }
 
 /// Change of the kinetic energy of two discs in a collision with restitution, −(1 − α²)/4 (g·n)².

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct CollisionStatistics {
     pairs: u64,
     walls: u64,
+    obstacles: u64,
     /// Updated at each collision and recalculated every n collisions: relative error about n 1e-16.
     moments: VelocityMoments,
     initial_mean_square_speed: f64,
@@ -58,6 +59,7 @@ impl CollisionStatistics {
             [&self.kinetic_energy_time_integral, &self.pair_virial_sum, &self.wall_impulse_sum];
         self.pairs < 1 << 60
             && self.walls < 1 << 60
+            && self.obstacles < 1 << 60
             && sums.iter().all(|sum| sum.is_finite())
             && self.moments.count == present.count
             && self.moments.fourth.is_finite()
@@ -72,6 +74,7 @@ impl CollisionStatistics {
         Self {
             pairs: 0,
             walls: 0,
+            obstacles: 0,
             moments: initial,
             initial_mean_square_speed: initial.mean_square_speed(),
             kinetic_energy_time_integral: CompensatedSum::default(),
@@ -83,9 +86,9 @@ impl CollisionStatistics {
         }
     }
 
-    /// Pair and wall collisions since the start.
+    /// Collisions of pairs, and with walls and obstacles, since the start.
     pub(super) fn collision_count(&self) -> u64 {
-        self.pairs + self.walls
+        self.pairs + self.walls + self.obstacles
     }
 
     /// The initial `<v²>`.
@@ -150,6 +153,7 @@ impl CollisionStatistics {
                 self.pairs += 1;
                 self.pair_virial_sum.add(contact_distance * collision.normal_impulse);
             }
+            CollisionPartner::Obstacle => self.obstacles += 1,
             CollisionPartner::Wall => {
                 self.walls += 1;
                 self.wall_impulse_sum.add(collision.normal_impulse);
@@ -197,7 +201,8 @@ impl CollisionStatistics {
     ///
     /// K is the time integral of the kinetic energy, W the sum of s |J| over pair collisions, I the sum of |J| over wall
     /// collisions, |J| the normal impulse, and a x b the rectangle accessible to the centers. The long-time means of both
-    /// pressures agree (virial theorem). In gravity, the first one is the mean over the area, the second one that over the walls.
+    /// pressures agree (virial theorem). In gravity, the first one is the mean over the area, the second one that over the walls; with
+    /// obstacles as well, whose impulses count in neither and whose area counts in the first one.
     pub(super) fn pressure(
         &self,
         domain: &Domain,

@@ -1,6 +1,7 @@
 //! Random radii, positions and velocities.
 
 use super::motion::{self, Vector};
+use super::obstacles::NearObstacles;
 use crate::model::{Proceed, SetupError};
 use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Generator, Seed, Stream};
@@ -69,14 +70,16 @@ pub(super) fn random_positions(
 ) -> Result<Vec<Vector>, SetupError> {
     let mut generator = seed.stream(Stream::Positions);
     let (rectangle, boundary) = (rectangle(config), config.boundary);
-    let all = |_, _| true;
+    let (obstacles, of_obstacle) = (NearObstacles::of(config), config.obstacles().1);
+    let is_free = |center, radius| obstacles.closer_than(of_obstacle + radius, center).is_none();
     let placed =
-        random_sequential_addition(rectangle, boundary, radii, &mut generator, all, proceed);
+        random_sequential_addition(rectangle, boundary, radii, &mut generator, is_free, proceed);
+    let takers = if obstacles.is_empty() { "walls" } else { "walls and obstacles" };
     placed.map_err(|incomplete| {
         incomplete.into_error(|placed| {
             SetupError::new(
                 format!(
-                    "random placement found room for {placed} of {} discs (packing fraction {:.4}, and walls take room)",
+                    "random placement found room for {placed} of {} discs (packing fraction {:.4}, and {takers} take room)",
                     config.discs,
                     packing_fraction(config, radii)
                 ),

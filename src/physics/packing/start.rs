@@ -6,6 +6,7 @@ use super::disc::LARGE_SYSTEM;
 use super::domain::Domain;
 use super::lattice::{hexagonal_lattice, max_in_hexagonal_lattice, periodic_hexagonal_lattice};
 use super::motion::{self, Vector};
+use super::obstacles::NearObstacles;
 use super::random_start::{
     check_random_placement, is_equal, packing_fraction, random_positions, random_radii,
     random_velocities, rectangle, removes_mean_velocity, velocity_std,
@@ -226,7 +227,7 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingSt
     })
 }
 
-/// Rejects discs outside of the box, speeds out of range, discs that lie on a floor, and overlaps.
+/// Rejects discs outside of the box or in an obstacle, speeds out of range, discs that lie on a floor, and overlaps.
 fn check_given(
     config: &PackingConfig,
     positions: &[Vector],
@@ -234,6 +235,7 @@ fn check_given(
     radii: &[f64],
 ) -> Result<(), SetupError> {
     let tolerance = ROUNDING * 2.0 * config.radius.get();
+    let (obstacles, of_obstacle) = (NearObstacles::of(config), config.obstacles().1);
     for (disc, ([x, y], radius)) in positions.iter().zip(radii).enumerate() {
         let margin = if config.boundary == Boundary::Walls { *radius } else { 0.0 };
         let limit = [0.5 * config.width.get() - margin, 0.5 * config.height.get() - margin];
@@ -241,6 +243,15 @@ fn check_given(
             return Err(SetupError::new(
                 format!("disc {disc} at [{x}, {y}] is not inside"),
                 format!("move its center to |x| <= {} and |y| <= {}", limit[0], limit[1]),
+            ));
+        }
+        let contact = of_obstacle + radius;
+        if let Some((center, apart)) = obstacles.closer_than(contact - tolerance, [*x, *y]) {
+            return Err(SetupError::new(
+                format!(
+                    "disc {disc} at [{x}, {y}] overlaps the obstacle at {center:?}: their centers are {apart} apart"
+                ),
+                format!("move the disc away: they touch at {contact}"),
             ));
         }
     }

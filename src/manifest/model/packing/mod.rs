@@ -2,8 +2,10 @@
 
 mod floor;
 mod gravity_rules;
+mod obstacles;
 
 pub use floor::Shaking;
+pub use obstacles::{MAX_OBSTACLES, PackingObstacles};
 
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
@@ -58,6 +60,8 @@ table! {
         floor_temperature: Option<Positive> ["1", optional],
         /// A floor that is shaken. Needs `gravity`.
         shaking: Option<Shaking> [group],
+        /// Discs that never move, from which the others rebound: `{ positions = [[x, y], ...], radius = r }`.
+        obstacles: Option<PackingObstacles> ["1", optional],
     }
 }
 
@@ -199,8 +203,8 @@ impl Model for PackingConfig {
         let keeps_speeds = self.initial_velocities == InitialVelocities::UnitVariance;
         let least = MIN_WIDTH_DIAMETERS * 2.0 * self.largest_radius();
         let is_wide = width.get() >= least && height.get() >= least;
-        let falls = self.gravity.get() > 0.0;
-        (is_uniform && keeps_speeds && is_wide && !falls).then(|| Self {
+        let is_free = self.gravity.get() == 0.0 && self.obstacles.is_none();
+        (is_uniform && keeps_speeds && is_wide && is_free).then(|| Self {
             discs,
             width,
             height,
@@ -229,6 +233,7 @@ impl Model for PackingConfig {
             return;
         }
         self.check_gravity(table);
+        self.check_obstacles(table);
         let least = PERIODIC_DIAMETERS * 2.0 * largest;
         let discs = f64::from(self.discs.get());
         let mean_square = radius * radius * (1.0 + spread * spread / 3.0);
@@ -247,7 +252,7 @@ impl Model for PackingConfig {
             self.boundary == Boundary::Periodic && shorter < least => ["boundary", "radius", "width", "height"]
                 "a periodic box of {width:?} x {height:?} is too small for discs of radius {largest:?}",
                 "both sides must be at least {least:?}, {PERIODIC_DIAMETERS} diameters";
-            self.boundary == Boundary::Periodic && self.discs.get() == 1 && self.length.counts_events() =>
+            self.boundary == Boundary::Periodic && self.discs.get() == 1 && self.length.counts_events() && self.obstacles.is_none() =>
                 ["discs", "boundary", "placement"]
                 "one disc in a periodic box never collides, so a run with `events_per_disc` would not end",
                 "two discs or more, or `duration` in place of `events_per_disc`";

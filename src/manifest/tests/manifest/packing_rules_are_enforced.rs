@@ -60,6 +60,27 @@ fn discs_of_a_periodic_box_do_not_drift_by_default() {
 }
 
 #[test]
+fn obstacles_are_inside_of_the_box_and_starts_avoid_them() {
+    let of = |positions: &str, radius: &str, keys: &str| {
+        format!(
+            "[model.packing]\n{keys}obstacles = {{ positions = [{positions}], radius = {radius} }} # <-"
+        )
+    };
+    accepted(&of("[-20.0, 0.0], [-18.0, 0.0]", "2.0", "gravity = 0.1\n"));
+    // One disc in a periodic box collides with obstacles.
+    accepted(&of("[0.0, 0.0]", "2.0", "discs = 1\nboundary = \"periodic\"\n"));
+    rejected(&of("[0.0, 0.0], [20.5, 1.0]", "2.0", ""), "must have |x| <= 20.0 and |y| <= 20.0");
+    rejected(&of("[0.0, 0.0], [1.0, 0.0]", "17.0", ""), "use fewer or smaller obstacles");
+    rejected(&of("[0.0, 0.0]", "0.0", ""), "must be");
+    rejected(&of("", "1.0", ""), "must");
+    rejected(&of(&"[0.0, 0.0], ".repeat(1001), "0.01", ""), "must be at most 1000");
+    for placement in ["lattice", "compressed"] {
+        let keys = format!("placement = \"{placement}\"\n");
+        rejected(&of("[0.0, 0.0]", "1.0", &keys), "set placement to \"random\"");
+    }
+}
+
+#[test]
 fn gravity_needs_walls_and_floors_need_gravity() {
     let falling = "[model.packing]\ngravity = 0.1\n";
     accepted(falling);

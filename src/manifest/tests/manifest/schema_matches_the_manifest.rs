@@ -95,6 +95,7 @@ const NO_DEFAULT: &[&str] = &[
     "floor_temperature",
     "floor_stroke",
     "floor_period",
+    "obstacles",
     "time_step_s",
     "max_speed_m_per_s",
     "duration",
@@ -217,6 +218,7 @@ fn canonical_form_contains_every_key_of_the_schema() {
         "[model.packing]\ncontact_time = 1\ntarget_reduced_pressure = 1\n[record]\nevery_collisions = 1",
         "[model.packing]\ngravity = 1\nfloor_temperature = 1",
         "[model.packing]\ngravity = 1\nfloor_stroke = 1\nfloor_period = 1",
+        "[model.packing]\nobstacles = { positions = [[0, 0]], radius = 1 }",
         "[model.packing]\ncutoff_velocity = 1\n[record]\nframes_per_decade = 1",
         "[model.orbit]\n[record]\nevery_days = 1",
         "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \

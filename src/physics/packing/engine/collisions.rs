@@ -121,10 +121,7 @@ impl Engine {
             after = motion::growing_wall_collision(before, axis, side.is_upper(), growth_rate);
         }
         let moving = MovingDisc { id: disc, cell, position, velocity: after, now };
-        self.store_after_collision(moving);
-        let prediction = self.predict_next_event::<WIDTH, FALLS>(moving);
-        self.set_prediction(disc, prediction);
-        self.schedule(disc);
+        self.leave::<WIDTH, FALLS>(moving);
         Ok(Collision {
             disc,
             partner: CollisionPartner::Wall,
@@ -134,6 +131,15 @@ impl Engine {
             energy_gain: floor_energy,
             time_since_previous: self.record_collision_time(),
         })
+    }
+
+    /// Stores a disc after a collision with a wall or an obstacle, and predicts its next event.
+    #[inline(always)]
+    pub(super) fn leave<const WIDTH: usize, const FALLS: bool>(&mut self, moving: MovingDisc) {
+        self.store_after_collision(moving);
+        let prediction = self.predict_next_event::<WIDTH, FALLS>(moving);
+        self.set_prediction(moving.id, prediction);
+        self.schedule(moving.id);
     }
 
     /// Stores the position and velocity of a disc after a collision, and counts it.
@@ -148,7 +154,7 @@ impl Engine {
 
     /// Records the present time as that of the last collision; returns the time since the previous one.
     #[inline(always)]
-    fn record_collision_time(&mut self) -> f64 {
+    pub(super) fn record_collision_time(&mut self) -> f64 {
         let time_since_previous = self.time_since_last_collision();
         self.state.last_collision = self.state.clock.local();
         time_since_previous

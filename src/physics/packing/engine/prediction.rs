@@ -1,4 +1,4 @@
-//! Predicts the next event of a disc: the earliest of contacts, wall collisions and cell crossings.
+//! Predicts the next event of a disc: the earliest of contacts, collisions with walls and obstacles, and cell crossings.
 
 use super::state::{Engine, State};
 use crate::cell_grid::Side;
@@ -12,9 +12,10 @@ use crate::packing::shaking::Shaking;
 /// The predicted next event of a disc.
 #[derive(Clone, Copy)]
 pub(super) struct Prediction {
-    time: f64,
-    event: EventCode,
-    partner_collisions: u32,
+    pub(super) time: f64,
+    pub(super) event: EventCode,
+    /// Of the partner; for an obstacle, its number.
+    pub(super) partner_collisions: u32,
 }
 
 impl Engine {
@@ -73,11 +74,12 @@ impl Engine {
         // Of simultaneous events, a pair collision precedes a wall collision or a crossing.
         let is_pair = (contact.time_to_contact <= time_to_edge) & (contact.time_to_contact < NEVER);
         let time = if is_pair { contact.time_to_contact } else { time_to_edge };
-        Prediction {
+        let first = Prediction {
             time: if time < NEVER { moving.now + time } else { NEVER },
             event: if is_pair { EventCode::pair(contact.partner) } else { edge },
             partner_collisions: discs[contact.partner as usize].collisions,
-        }
+        };
+        if self.obstacles.is_empty() { first } else { self.or_obstacle::<FALLS>(moving, first) }
     }
 
     /// The coordinate at which a disc in a cell at a wall touches the wall, relative to the corner of the cell.

@@ -77,6 +77,6 @@ fn for_each_scanned_block(
             visit(discs[partner as usize].cell);
         }
         EventKind::CellCrossing(side) => visit(cells.grid.neighbor(record.cell, side)),
-        EventKind::Wall(_) | EventKind::None => visit(record.cell),
+        EventKind::Obstacle | EventKind::Wall(_) | EventKind::None => visit(record.cell),
     }
 }

@@ -10,6 +10,7 @@ use crate::packing::events::{EventKind, NEVER};
 use crate::packing::growth::Growth;
 use crate::packing::inelastic_collapse::CollapseDetector;
 use crate::packing::motion::{self, Vector};
+use crate::packing::obstacles::NearObstacles;
 use crate::random::Generator;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -27,6 +28,7 @@ pub(in crate::packing) struct Engine {
     /// This field and the following ones are derived from the state.
     pub(super) cells: CellLists,
     pub(super) offsets: BlockOffsets,
+    pub(super) obstacles: NearObstacles,
     pub(super) event_queue: EventQueue,
     /// Whether all discs have the same constant radius.
     pub(super) are_equal: bool,
@@ -59,22 +61,27 @@ impl State {
     fn is_valid(&self) -> bool {
         let Domain { sides, max_radius, has_walls, .. } = self.domain;
         let lengths = [sides[0], sides[1], max_radius];
-        if self.discs.is_empty() || !lengths.iter().all(|side| side.is_finite() && *side > 0.0) {
+        if self.discs.is_empty()
+            || !lengths.iter().all(|side| side.is_finite() && *side > 0.0)
+            || !self.domain.obstacles.is_valid(sides)
+        {
             return false;
         }
         let (count, grid) = (self.discs.len(), self.domain.cell_grid(self.discs.len()));
+        let obstacles = NearObstacles::new(&self.domain, grid);
         let now = self.clock.local();
         let is_radius = |radius: &f64| *radius > 0.0 && *radius <= max_radius;
         let is_valid = |(index, disc): (usize, &DiscRecord)| {
             let position = grid.point(disc.cell, disc.at::<true>(now, self.domain.gravity).0);
-            let has_event = match disc.event.kind() {
+            let has_event = || match disc.event.kind() {
                 EventKind::Pair(partner) => (partner as usize) < count && partner as usize != index,
+                EventKind::Obstacle => obstacles.near(disc.cell).contains(&disc.partner_collisions),
                 EventKind::Wall(_) => has_walls,
                 EventKind::CellCrossing(_) => true,
                 EventKind::None => disc.event_time == NEVER,
             };
-            has_event
-                && grid.contains(disc.cell, position)
+            grid.contains(disc.cell, position)
+                && has_event()
                 && (0..2).all(|axis| position[axis].abs() <= 0.5 * sides[axis] * (1.0 + 1e-6))
                 && disc.velocity.iter().all(|component| component.is_finite())
                 && disc.time.is_finite()
@@ -111,6 +118,7 @@ impl Engine {
         }
         Self {
             event_queue: EventQueue::new(&state.discs, state.mean_time_to_event()),
+            obstacles: NearObstacles::new(&state.domain, grid),
             offsets: grid.block_offsets(),
             cells,
             are_equal: state.radii.is_empty(),
