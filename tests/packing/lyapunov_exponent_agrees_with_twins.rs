@@ -4,7 +4,7 @@
 //! an independent program in this file: all pairs are compared at every event, and two runs at a finite distance are brought
 //! together again and again (Benettin, Galgani and Strelcyn, Phys. Rev. A 14 (1976) 2338). For two discs, Sinai's billiard, with the mean
 //! logarithm of the free path by Boca and Zaharescu, Communications in Mathematical Physics 269 (2007) 425.
-//! Setup: 16 discs in a periodic box and between walls, elastic, and two discs in a periodic box.
+//! Setup: 16 discs in a periodic box and between walls, elastic, and two discs in a periodic box, and one with an obstacle.
 //! Tolerance: three standard errors of both together, which are at most 3 %; for Sinai's billiard also the next order in d/L.
 //! Control: another growth per collision of Sinai's billiard is rejected, and a single disc between walls has an exponent of 0.
 
@@ -374,5 +374,38 @@ fn full_harness_discs_part_one_after_another() {
             });
             println!("radius {radius}, {what}: {mean:.2} ({:.2} to {:.2})", range[0], range[1]);
         }
+    }
+}
+
+/// One disc and one obstacle in a periodic square are Sinai's billiard, as two discs are, with the distance d at contact and the speed of the disc.
+/// Control: without the turn of the normals by the free path, each collision would be worth ln(L/d) less.
+#[test]
+fn one_disc_and_one_obstacle_follow_sinais_billiard() {
+    for (side, radius, obstacle) in [(20.0, 0.5, 0.5), (20.0, 0.1, 0.4), (50.0, 0.2, 0.8)] {
+        let analysis = analyzed(&format!(
+            "discs = 1\nwidth = {side:?}\nheight = {side:?}\nradius = {radius}\nboundary = \"periodic\"\n\
+             obstacles = {{ positions = [[1.0, -2.0]], radius = {obstacle} }}\nevents_per_disc = 40000\n"
+        ));
+        let found = analysis.measurement("lyapunov.exponent").unwrap();
+        let (value, error) = (
+            found.estimate.value,
+            found.estimate.conditional_standard_error.or(found.estimate.standard_error).unwrap(),
+        );
+        let speed =
+            (2.0 * analysis.measurement("temperature.initial").unwrap().estimate.value).sqrt();
+        let contact = radius + obstacle;
+        let ratio: f64 = contact / side;
+        let growth = 1.0 - 0.435_225 - (2.0 * ratio * ratio).ln();
+        let collisions = speed * 2.0 * contact / (side * side - PI * contact * contact);
+        let theory = found.theory.unwrap();
+        println!("d/L = {ratio}: {value:.5} ± {error:.5}, law {:.5}", collisions * growth);
+        assert!((theory.value / (collisions * growth) - 1.0).abs() < 1e-6 && theory.in_range());
+        let allowed = 3.0 * error + theory.accuracy;
+        assert!((value - theory.value).abs() < allowed, "{value} {}", theory.value);
+        assert!(allowed < 0.05 * theory.value, "{allowed}");
+        let until = analysis.measurement("lyapunov.divergence_collisions").unwrap().estimate.value;
+        let expected = 53.0 * 2.0_f64.ln() / growth;
+        assert!((until / expected - 1.0).abs() < 0.05, "{until} {expected}");
+        assert!((value - collisions * (growth + ratio.ln())).abs() > 3.0 * allowed, "control");
     }
 }

@@ -67,6 +67,8 @@ quantities! {
     WallNoise = "the variance of the wall noise in rad^2",
     /// The total momentum of discs in a periodic box.
     Drift = "the discs drift through the periodic box (`remove_mean_velocity = false`)",
+    /// Fixed obstacles among the discs.
+    Obstacles = "there are obstacles",
     /// Number of discs.
     Discs = "the number of discs",
     /// Flow or clusters, above those of independent discs.

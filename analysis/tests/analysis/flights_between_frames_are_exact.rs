@@ -2,7 +2,7 @@
 //! each disc at any time between its frames.
 //!
 //! Source: free flight. The truth is the same run with 500 times as many frames, and without `/events`.
-//! Setup: walls with noise, inelastic discs of several sizes in a periodic box, gravity, and a gas in a circle; ten frames, and 1,000 random instants.
+//! Setup: walls with noise, inelastic discs of several sizes in a periodic box, gravity, obstacles, and a gas in a circle; ten frames, and 1,000 random instants.
 //! Tolerance: half a stored step per axis, and the way at the largest speed in the time between frames over 65,534, which times are rounded to. A run
 //! that has more collisions than a small page has room for is exact up to the frame that the page states.
 //! Control: without the corners, discs are elsewhere at most instants; without `/events`, the page has neither corners nor the script for them.
@@ -21,6 +21,8 @@ use tempfile::TempDir;
 const FRAMES: u64 = 10;
 const DENSE_FRAMES: u64 = 5000;
 const INSTANTS: usize = 1000;
+const PEGS: &str =
+    "obstacles = { positions = [[-4.0, -3.0], [3.5, 0.0], [-1.0, 7.5]], radius = 1.5 }\n";
 /// The largest stored time.
 const LARGEST: f64 = 65_534.0;
 
@@ -193,7 +195,9 @@ fn corners_give_positions_at_any_time() {
     for (model, sides) in [
         (format!("{fluid}wall_noise_variance_rad2 = 0.01\n"), walls),
         (mixture, [16.0; 2]),
-        (gravity, walls),
+        (gravity.clone(), walls),
+        (format!("{gravity}{PEGS}"), walls),
+        (format!("{fluid}boundary = \"periodic\"\n{PEGS}"), [16.0; 2]),
         (gas.to_owned(), walls),
         (format!("{gas}mass_kg = 1e-26\nadditional_masses_kg = [3e-26, 1e-27]\n"), walls),
     ] {

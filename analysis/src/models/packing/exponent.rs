@@ -83,8 +83,9 @@ impl PackingRun {
     fn expected_exponent(&self) -> Option<(Law, ExpectedValue)> {
         let radius = self.equal_radius().filter(|_| self.is_elastic() && !self.has_walls())?;
         let (width, height) = (self.config.width.get(), self.config.height.get());
-        let diameter = 2.0 * radius;
-        if self.discs() == 2.0 {
+        let (centers, of_obstacle) = self.config.obstacles();
+        let diameter = if centers.is_empty() { 2.0 * radius } else { of_obstacle + radius };
+        if self.discs() + centers.len() as f64 == 2.0 {
             let speed = self.tangent.relative_speed().filter(|_| width == height)?;
             let ratio = diameter / width;
             let collisions = speed * 2.0 * diameter / (width * width - PI * diameter * diameter);
@@ -96,7 +97,7 @@ impl PackingRun {
         }
         let logarithm = libm::log(self.mean_free_path()? / diameter);
         let value = self.tangent.chain_rate()? * logarithm;
-        let violation = self.drift().or_else(|| {
+        let violation = self.outside_fluid().or_else(|| {
             Quantity::PackingFraction.at_most(self.packing_fraction()?, MAX_DILUTE_FRACTION)
         });
         let accuracy = Some(CHAIN_ACCURACY * value / logarithm);

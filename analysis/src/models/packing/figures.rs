@@ -75,7 +75,8 @@ fn over_events(run: &PackingRun, y: Axis) -> [Axis; 2] {
 fn temperature(run: &PackingRun) -> Plot {
     let measured = series(run).iter().map(|moments| (moments.events, moments.temperature));
     let mut curves = vec![Curve::line("T = ⟨v²⟩/2", 0, measured)];
-    if let Some(start) = run.frames.first().filter(|_| !run.falls()) {
+    let follows = !run.falls() && (run.is_elastic() || !run.has_obstacles());
+    if let Some(start) = run.frames.first().filter(|_| follows) {
         let restitution = run.config.restitution.get();
         let discs = run.config.discs.get();
         let theory = run.pairs.iter().map(|(events, pairs)| {
@@ -133,11 +134,11 @@ fn collision_rate(run: &PackingRun) -> Option<Plot> {
 
 fn a2(run: &PackingRun) -> Plot {
     let restitution = run.config.restitution.get();
-    let (theory, name) = match (restitution == 1.0, run.has_walls()) {
-        (true, true) => {
+    let (theory, name) = match (restitution == 1.0, run.keeps_momentum()) {
+        (true, false) => {
             (law::a2_at_fixed_energy(run.config.discs.get()), "mean at fixed energy, −1/(N + 1)")
         }
-        (true, false) => (-1.0 / run.discs(), "mean at fixed energy and momentum, −1/N"),
+        (true, true) => (-1.0 / run.discs(), "mean at fixed energy and momentum, −1/N"),
         (false, _) => (law::a2_cooling(restitution), "homogeneous cooling state"),
     };
     let curves = vec![
@@ -158,6 +159,9 @@ fn comparison(run: &PackingRun) -> SharedCurve {
 }
 
 fn pair_correlation(run: &PackingRun) -> Option<Plot> {
+    if run.has_obstacles() {
+        return None;
+    }
     let correlation = run.sampled_structure().pair_correlation();
     let end = correlation.last()?.0;
     let curves = vec![

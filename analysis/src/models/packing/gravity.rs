@@ -34,25 +34,75 @@ struct Column {
     mean_height: f64,
     /// Packing fraction at the floor.
     at_floor: f64,
+    /// Share of the area that is within a diameter of obstacles, at most.
+    near_obstacles: f64,
+}
+
+/// The room that obstacles leave for centers.
+struct Obstacles {
+    /// Free part of the width at the heights of [`STEPS`] per layer, from the lowest center up; empty without obstacles.
+    free: Vec<f64>,
+    near: f64,
+}
+
+impl Obstacles {
+    fn new(config: &PackingConfig) -> Self {
+        let (centers, of_obstacle) = config.obstacles();
+        let radius = config.radius.get();
+        let (contact, room) = (of_obstacle + radius, room(config));
+        let half = 0.5 * config.width.get() - radius;
+        let free = |step: usize| {
+            let y = ((step as f64 + 0.5) / (LAYERS * STEPS) as f64 - 0.5) * room;
+            let cut = |[x, at]: &[f64; 2]| {
+                let square = contact * contact - (y - at) * (y - at);
+                (square > 0.0).then(|| [x - square.sqrt(), x + square.sqrt()])
+            };
+            let mut cuts: Vec<[f64; 2]> = centers.iter().filter_map(cut).collect();
+            cuts.sort_by(|one, other| one[0].total_cmp(&other[0]));
+            let (mut free, mut from) = (0.0, -half);
+            for [left, right] in cuts.into_iter().chain([[half, half]]) {
+                free += (left.min(half) - from).max(0.0);
+                from = from.max(right);
+            }
+            free / (2.0 * half)
+        };
+        let area = config.width.get() * config.height.get();
+        let near = centers.len() as f64 * 2.0 * PI * contact * 2.0 * radius / area;
+        let steps = if centers.is_empty() { 0 } else { LAYERS * STEPS };
+        Self { free: (0..steps).map(free).collect(), near }
+    }
+
+    /// Free part of the width at a part of the room.
+    fn free_part(&self, height: f64) -> f64 {
+        let step = (height * (LAYERS * STEPS) as f64) as usize;
+        self.free.get(step).copied().unwrap_or(1.0)
+    }
 }
 
 impl Column {
     /// The discs of a manifest at a temperature; `None` if they are denser than a fluid at the floor.
     fn of(config: &PackingConfig, temperature: f64) -> Option<Self> {
         let discs = f64::from(config.discs.get());
+        let obstacles = Obstacles::new(config);
+        let above = |at_floor| Self::above(config, temperature, at_floor, &obstacles);
         let (mut low, mut high) = (0.0, EXTRAPOLATION_LIMIT);
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
-            let fewer = Self::above(config, temperature, middle).layers.iter().sum::<f64>() < discs;
+            let fewer = above(middle).layers.iter().sum::<f64>() < discs;
             if fewer { low = middle } else { high = middle }
         }
         let is_fluid = temperature > 0.0 && high < EXTRAPOLATION_LIMIT;
-        is_fluid.then(|| Self::above(config, temperature, low))
+        is_fluid.then(|| Self { near_obstacles: obstacles.near, ..above(low) })
     }
 
     /// The column above a packing fraction f at the floor: with s = ln f, dy = -(T/g) d(f Z)/df ds, by the midpoint rule. Steps are at most
     /// a part of a layer high, and a part of a scale height, so that both thin and high columns are followed.
-    fn above(config: &PackingConfig, temperature: f64, at_floor: f64) -> Self {
+    fn above(
+        config: &PackingConfig,
+        temperature: f64,
+        at_floor: f64,
+        obstacles: &Obstacles,
+    ) -> Self {
         let (room, radius) = (room(config), config.radius.get());
         let scale_height = temperature / config.gravity.get();
         let highest = room / (LAYERS * STEPS) as f64;
@@ -70,14 +120,14 @@ impl Column {
             let (whole, left) = (rise(middle) * step, room - bottom);
             let thickness = if whole < left { whole } else { left };
             let height = bottom + 0.5 * thickness;
-            let discs = middle * thickness * per_area;
+            let discs = middle * thickness * (per_area * obstacles.free_part(height / room));
             layers[((height / room * LAYERS as f64) as usize).min(LAYERS - 1)] += discs;
             moment += discs * height;
             fraction *= libm::exp(-step);
             bottom += thickness;
         }
         let mean_height = moment / layers.iter().sum::<f64>();
-        Self { layers, mean_height, at_floor }
+        Self { layers, mean_height, at_floor, near_obstacles: 0.0 }
     }
 }
 
@@ -143,7 +193,9 @@ impl PackingRun {
             let of_floor = column.at_floor * 2.0 * self.config.radius.get();
             // At a fixed energy, the temperature of few discs scatters.
             let of_energy = if self.config.floor_temperature.is_some() { 0.0 } else { 1.0 };
-            let relative = STATE_EQUATION_ACCURACY + of_energy / self.discs();
+            let relative = STATE_EQUATION_ACCURACY
+                + of_energy / self.discs()
+                + column.at_floor * column.near_obstacles;
             let accuracy = Some(of_floor + relative * column.mean_height);
             ExpectedValue { value: column.mean_height, accuracy, violation: self.outside_balance() }
         });

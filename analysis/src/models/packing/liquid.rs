@@ -17,9 +17,9 @@ const MAX_FLUID_FRACTION: f64 = 0.68;
 const MAX_WAVE_NUMBER: f64 = 0.5;
 
 impl PackingRun {
-    /// The sizes of discs as dense as a liquid, of one size, in a periodic box. Dilute discs have little order to measure.
+    /// The sizes of discs as dense as a liquid, of one size, in a periodic box without obstacles. Dilute discs have little order to measure.
     fn liquid(&self) -> Option<DiscSizes> {
-        let radius = self.equal_radius().filter(|_| !self.has_walls())?;
+        let radius = self.equal_radius().filter(|_| self.keeps_momentum())?;
         let sizes = DiscSizes::equal(self.packing_fraction()?, radius);
         (sizes.packing_fraction >= MIN_LIQUID_FRACTION).then_some(sizes)
     }

@@ -70,7 +70,9 @@ pub(super) fn main_results(config: &PackingConfig) -> MainResults {
 pub(super) fn extent(config: &PackingConfig) -> Extent {
     let half = [config.width.get() / 2.0, config.height.get() / 2.0];
     let bounds = [half.map(|side| -side), half];
-    let walls = vec![drawing::rectangle(bounds)];
+    let (centers, radius) = config.obstacles();
+    let obstacles = centers.into_iter().map(|center| drawing::circle(center, radius));
+    let walls = [drawing::rectangle(bounds)].into_iter().chain(obstacles).collect();
     let is_periodic = config.boundary == Boundary::Periodic;
     Extent {
         radius: config.radius.get(),

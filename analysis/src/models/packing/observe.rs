@@ -73,6 +73,8 @@ const A2_CORRELATION_PAIRS_PER_DISC: f64 = 1.2;
 /// Packing fraction up to which the displacements of neighbors are independent enough for the scatter of the discs to be the
 /// error of their mean: at 0.54, the mean scatters twice as much.
 const MAX_LOOSE_FRACTION: f64 = 0.45;
+/// Why the density of pairs is not measured among obstacles.
+const UNKNOWN_ROOM: &str = "obstacles take room, so that the density of pairs of points at random is not that of an empty box";
 /// Discs per sampling interval: the structure is sampled once per n/32 frames, so that the cost per disc is bounded.
 const DISCS_PER_SAMPLE: u64 = 32;
 
@@ -86,6 +88,7 @@ impl PackingRun {
         let weights =
             if config.restitution.get() == 1.0 { A2Weights::Durations } else { A2Weights::Events };
         let settled_after = SETTLING_EVENTS_PER_DISC * f64::from(config.discs.get());
+        let tangent = Tangent::new(config.obstacles.as_ref().map(|of| of.radius.get()));
         let mut run = Self {
             config,
             snapshots: snapshots.with_style(StateStyle { walls, radius }),
@@ -94,10 +97,13 @@ impl PackingRun {
             a2: MeanA2::new(weights, settled_after),
             pair_rate: Blocking::of(Entries::Intervals),
             wall_rate: Blocking::of(Entries::Intervals),
+            tangent,
             virial_rate: Blocking::of(Entries::Intervals),
             ..Self::default()
         };
-        let diameter = run.equal_radius().map(|radius| 2.0 * radius);
+        // Cells with obstacles have less room for discs than others.
+        let diameter =
+            run.equal_radius().filter(|_| !run.has_obstacles()).map(|radius| 2.0 * radius);
         run.distributions = Distributions::new(run.discs(), sides, diameter);
         run
     }
@@ -147,7 +153,7 @@ impl PackingRun {
         if let Some(before) = self.frames.last() {
             let step = moments.time - before.time;
             let speed = |moments: &VelocityMoments| moments.temperature.sqrt();
-            let mean = mean_while_cooling(speed(before), speed(&moments));
+            let mean = law::mean_while_cooling(speed(before), speed(&moments));
             self.thermal_speed.0.add(mean * step);
             self.thermal_speed.1.add(step);
         }
@@ -191,7 +197,10 @@ impl PackingRun {
             equilibrium::periodic_equilibrium(&self.config, sizes)?
         };
         let uniform = if self.is_elastic() { None } else { self.flow.violation() };
-        Some(Equilibrium { violation: self.drift().or(uniform).or(found.violation), ..found })
+        Some(Equilibrium {
+            violation: self.outside_fluid().or(uniform).or(found.violation),
+            ..found
+        })
     }
 
     /// Selects the law for equal discs or that for several sizes.
@@ -250,18 +259,18 @@ impl PackingRun {
             (self.is_elastic() && !self.falls()).then_some(0.0),
         );
         found.add(metric::A2_FINAL, last.a2);
-        let (law, theory) = match (self.is_elastic(), self.has_walls()) {
+        let (law, theory) = match (self.is_elastic(), self.keeps_momentum()) {
             (false, _) => {
                 let value = law::a2_cooling(restitution);
                 let accuracy = Some(0.003 + 0.1 * value.abs() + 1.0 / self.discs());
-                let violation = self.flow.violation();
+                let violation = self.outside_fluid().or_else(|| self.flow.violation());
                 (law::A2_COOLING, Some(ExpectedValue { value, accuracy, violation }))
             }
-            (true, true) => {
+            (true, false) => {
                 (law::A2_FIXED_ENERGY, law::a2_at_fixed_energy(self.config.discs.get()).expected())
             }
-            // Without walls, the momentum is fixed as well.
-            (true, false) => {
+            // Without walls and obstacles, the momentum is fixed as well.
+            (true, true) => {
                 let theory = (self.discs() > 1.0).then(|| -1.0 / self.discs());
                 (law::A2_FIXED_MOMENTUM, theory.expected())
             }
@@ -286,7 +295,7 @@ impl PackingRun {
         let pairs = self.counts.as_ref().map_or(0.0, |counts| counts.pair_collisions as f64);
         let (restitution, discs) = (self.config.restitution.get(), self.config.discs.get());
         let accuracy = Some(value * law::cooling_accuracy(restitution, pairs, discs));
-        let violation = self.drift().or_else(|| self.flow.violation());
+        let violation = self.outside_fluid().or_else(|| self.flow.violation());
         ExpectedValue { value, accuracy, violation }
     }
 
@@ -374,7 +383,10 @@ impl PackingRun {
         if let Some([near, global, local]) = self.sampled_structure().estimates() {
             found.add(metric::PSI6_GLOBAL, global);
             found.add(metric::PSI6_LOCAL, local);
-            found.add(metric::PAIR_CORRELATION, near);
+            match self.has_obstacles() {
+                true => found.explain(metric::PAIR_CORRELATION, UNKNOWN_ROOM),
+                false => found.add(metric::PAIR_CORRELATION, near),
+            }
         } else if self.snapshots.last().is_some() && self.equal_radius().is_none() {
             for metric in [metric::PSI6_GLOBAL, metric::PSI6_LOCAL, metric::PAIR_CORRELATION] {
                 found.explain(
@@ -486,12 +498,4 @@ impl Observer for PackingRun {
         self.measure_lyapunov(found);
         self.measure_gravity(found);
     }
-}
-
-/// Time average of a speed between two values if its inverse grows linearly, as in Haff's law.
-fn mean_while_cooling(before: f64, after: f64) -> f64 {
-    if (before - after).abs() <= 1e-6 * before {
-        return (before + after) / 2.0;
-    }
-    before * after * libm::log(before / after) / (before - after)
 }

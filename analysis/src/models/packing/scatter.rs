@@ -20,7 +20,7 @@ impl PackingRun {
             self.config.placement,
             PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
         );
-        let has_fixed_momentum = !self.has_walls() || self.config.remove_mean_velocity;
+        let has_fixed_momentum = self.keeps_momentum() || self.config.remove_mean_velocity;
         let free = if has_fixed_momentum { self.discs() - 1.0 } else { self.discs() };
         if is_drawn && free > 0.0 { 0.5 / free.sqrt() } else { 0.0 }
     }
@@ -95,19 +95,33 @@ impl PackingRun {
         self.config.boundary == Boundary::Walls
     }
 
-    /// Whether the discs drift through a periodic box: their drawn velocities have a mean, and no wall takes it up. Theory
+    pub(super) fn has_obstacles(&self) -> bool {
+        self.config.obstacles.is_some()
+    }
+
+    /// Whether neither walls nor obstacles take up momentum.
+    pub(super) fn keeps_momentum(&self) -> bool {
+        !self.has_walls() && !self.has_obstacles()
+    }
+
+    /// Whether the discs drift through a periodic box: their drawn velocities have a mean, and nothing takes it up. Theory
     /// is that of discs whose total momentum is zero.
     pub(super) fn has_drift(&self) -> bool {
         let is_drawn = !matches!(
             self.config.placement,
             PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
         );
-        !self.has_walls() && is_drawn && !self.config.remove_mean_velocity
+        self.keeps_momentum() && is_drawn && !self.config.remove_mean_velocity
     }
 
     /// The condition of a total momentum of zero, if the discs drift.
     pub(super) fn drift(&self) -> Option<Violation> {
         Quantity::Drift.required(!self.has_drift())
+    }
+
+    /// The condition of the laws of a fluid that a drift or obstacles break: discs have less room, and collide with obstacles as well.
+    pub(super) fn outside_fluid(&self) -> Option<Violation> {
+        self.drift().or_else(|| Quantity::Obstacles.required(!self.has_obstacles()))
     }
 
     /// The radius of equal discs; `None` if radii differ or result from a compression.

@@ -87,7 +87,8 @@ impl PackingRun {
             pair_rate: self.theory_rate()?,
         };
         let value = discs.self_diffusion(time, logarithm);
-        let violation = (Quantity::Discs.at_least(self.discs(), MIN_DISCS))
+        let violation = (self.outside_fluid())
+            .or_else(|| Quantity::Discs.at_least(self.discs(), MIN_DISCS))
             .or_else(|| Quantity::PackingFraction.at_most(packing_fraction, MAX_FRACTION));
         Some(ExpectedValue { value, accuracy: Some(ACCURACY * value), violation })
     }

@@ -29,6 +29,8 @@ struct Disc {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tangent {
     discs: Vec<Disc>,
+    /// Radius of obstacles, if there are any.
+    obstacle: Option<f64>,
     time: f64,
     pub(super) growth: Growth,
     /// The same over the collisions per disc in place of the time.
@@ -36,13 +38,18 @@ pub(super) struct Tangent {
     /// Logarithm of the factor by which the difference was reduced since the last frame.
     reduced: f64,
     events: usize,
-    /// Collisions of two discs since the last frame.
-    pairs: u64,
+    /// Collisions with other discs and with obstacles, of all discs since the last frame.
+    collisions: u64,
     /// Time and length of the longest chain when the growth began to count.
     settled: Option<(f64, u64)>,
 }
 
 impl Tangent {
+    /// Without frames, for discs among obstacles of this radius.
+    pub(super) fn new(obstacle: Option<f64>) -> Self {
+        Self { obstacle, ..Self::default() }
+    }
+
     /// Adds a frame with the collisions since the one before; `is_settled` if growth counts from here.
     pub(super) fn add_frame(
         &mut self,
@@ -58,12 +65,12 @@ impl Tangent {
         self.reduce();
         if self.settled.is_some() {
             self.growth.add(self.reduced, time - self.time);
-            let collisions = 2.0 * self.pairs as f64 / self.discs.len() as f64;
+            let collisions = self.collisions as f64 / self.discs.len() as f64;
             self.growth_by_collisions.add(self.reduced, collisions);
         } else if is_settled {
             self.settled = Some((time, self.longest_chain()));
         }
-        (self.time, self.reduced, self.events, self.pairs) = (time, 0.0, 0, 0);
+        (self.time, self.reduced, self.events, self.collisions) = (time, 0.0, 0, 0);
         if let Some(state) = state {
             self.take_velocities(time, state);
         }
@@ -94,12 +101,20 @@ impl Tangent {
         if ids[0] == ids[1] {
             let Some(disc) = self.discs.get_mut(ids[0]) else { return };
             disc.fly_to(events.time[event]);
-            disc.reflect(impulse, normal);
+            // The normal of a wall is along an axis, that of an obstacle only by an unlikely chance.
+            match self.obstacle.filter(|_| normal[0] != 0.0 && normal[1] != 0.0) {
+                Some(radius) => {
+                    let mut obstacle = Disc { radius, ..Disc::default() };
+                    Disc::collide(disc, &mut obstacle, impulse, normal);
+                    self.collisions += 1;
+                }
+                None => disc.reflect(impulse, normal),
+            }
         } else if let Ok([first, second]) = self.discs.get_disjoint_mut(ids) {
             first.fly_to(events.time[event]);
             second.fly_to(events.time[event]);
             Disc::collide(first, second, impulse, normal);
-            self.pairs += 1;
+            self.collisions += 2;
         }
         // The difference may grow by several orders of magnitude per collision.
         self.events += 1;
@@ -124,10 +139,13 @@ impl Tangent {
         !self.discs.is_empty()
     }
 
-    /// Relative speed of two elastic discs of equal mass, which is constant; `None` for another number of discs.
+    /// Relative speed of two elastic discs of equal mass, or of one and an obstacle, which is constant; `None` for another number of discs.
     pub(super) fn relative_speed(&self) -> Option<f64> {
-        let [first, second] = self.discs.as_slice() else { return None };
-        let relative = sum(second.velocity, first.velocity, -1.0);
+        let relative = match self.discs.as_slice() {
+            [one] => one.velocity,
+            [first, second] => sum(second.velocity, first.velocity, -1.0),
+            _ => return None,
+        };
         Some(dot(relative, relative).sqrt())
     }
 
