@@ -76,6 +76,7 @@ shipped![
     "packing_freezing",
     "packing_gravity",
     "packing_inelastic_cooling",
+    "packing_pegs",
     "packing_self_diffusion",
     "packing_timing_table",
     "packing_velocity_laws",
