@@ -121,14 +121,6 @@ const PACKING: Keys = &[
     ("floor_temperature", &["1e-300", "1.0", "1e12"]),
     ("floor_stroke", &["1e-6", "0.3"]),
     ("floor_period", &["1e-3", "1.0", "1e300"]),
-    (
-        "obstacles",
-        &[
-            "{ positions = [[0.0, 0.0], [5.0, -5.0]], radius = 1.0 }",
-            "{ positions = [[1.0, 2.0], [-1.0, -2.0]], radius = 1e-300 }",
-            "{ positions = [[0.0, 4.5], [0.5, 4.5], [1.0, 4.5]], radius = 3.0 }",
-        ],
-    ),
     ("events_per_disc", &["1", "20", "10000", "4000000000"]),
     ("duration", &["1e-300", "10.0", "1e300"]),
 ];

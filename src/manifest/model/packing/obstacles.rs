@@ -38,6 +38,8 @@ impl PackingConfig {
         let avoids =
             !matches!(self.placement, PackingPlacement::Lattice | PackingPlacement::Compressed);
         rules! { table;
+            self.obstacles.is_some() && count == 0 => ["obstacles"]
+                "`obstacles` has no positions", "add one, or remove `obstacles`";
             count > MAX_OBSTACLES => ["obstacles"]
                 "there are {count} obstacles", "must be at most {MAX_OBSTACLES}";
             is_outside(&&outside) => ["obstacles", "width", "height"]
