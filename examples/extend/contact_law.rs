@@ -18,7 +18,7 @@ pub(super) const EDITS: &[Edit] = &[
     ("src/physics/dem/laws/mod.rs", "\n    LinearSpring,", "\n    Cone,"),
     (
         "src/physics/dem/laws/mod.rs",
-        "\n    pub(super) fn of(config: &DemConfig) -> Self {",
+        "\n    pub(super) fn of(config: &DemConfig, softest: f64) -> Self {",
         "\n        if let (Some(modulus), Elasticity::Spring(k)) = (config.cone_modulus_pa, config.elasticity) {\
          \n            return Self::Cone(Cone::new(modulus.get(), k.get()));\
          \n        }",

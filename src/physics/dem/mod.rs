@@ -349,7 +349,9 @@ impl Dem {
     /// Stops a run whose energy balance does not close.
     fn audit(&self) -> Result<(), BlowUp> {
         let (energies, balance) = self.balance_of(&self.evaluate());
-        let throughput = energies.kinetic + energies.elastic_normal + energies.elastic_tangential;
+        // Cohesion makes the energy of contacts negative.
+        let elastic = energies.elastic_normal.abs() + energies.elastic_tangential;
+        let throughput = energies.kinetic + elastic;
         let supplied = self.balance.initial.abs() + self.balance.entered.value().abs();
         let scale = supplied + throughput + balance.dissipated().abs();
         let fraction = balance.residual.abs() / scale;

@@ -69,17 +69,18 @@ impl Parameters {
         let radius_range = config.radius_m.range();
         let radius = config.radius_m.mean();
         let mass = config.mass_kg.get();
-        let normal = Law::of(config);
+        let materials = Materials::new(config);
+        let normal = Law::of(config, materials.stiffness_range().0);
         let law = ContactLaw {
             normal,
-            materials: Materials::new(config),
+            materials,
             only_pushes: config.limit_damping,
             is_implicit: config.dashpot == DemDashpot::Implicit,
             tangential_stiffness: normal.stiffness() * config.tangential_to_normal_stiffness(),
             tangential_to_normal_damping: config.tangential_to_normal_damping.get(),
         };
         let smallest_mass = law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);
-        let per_contact = |steps: f64| normal.contact_time(smallest_mass) / steps;
+        let per_contact = |steps: f64| law.contact_time(smallest_mass) / steps;
         let time_step = match config.time_step {
             TimeStep::PerContact(steps) => per_contact(steps.get()),
             TimeStep::Length(StepLength::Fixed(step)) => step.get(),

@@ -21,7 +21,7 @@ use super::forces::ForceFinder;
 use super::forces::implicit;
 use super::forces::inter_block::InterBlockForces;
 use super::integrate;
-use super::laws::Law;
+use super::materials::ContactLaw;
 use super::motion;
 use super::neighbors::Neighbors;
 use super::neighbors::near_pairs::NearPairs;
@@ -181,13 +181,13 @@ pub(super) struct ContactStatistics {
 }
 
 impl ContactStatistics {
-    fn add(&mut self, contact: &Contact, law: Law, discs: &Discs) {
+    fn add(&mut self, contact: &Contact, law: &ContactLaw, discs: &Discs) {
+        let ends = (contact.disc, contact.partner);
         match contact.partner {
             Partner::Disc(_) => self.pairs += 1,
             Partner::Wall(_) => self.walls += 1,
         }
-        let radius = discs.reduced_radius(contact.disc as usize, contact.partner);
-        self.elastic.add(law.potential_energy(contact.overlap, radius));
+        self.elastic.add(law.potential_energy(discs, ends, contact.overlap));
         if contact.overlap_over_radius > self.max_overlap {
             self.max_overlap = contact.overlap_over_radius;
         }
@@ -208,7 +208,7 @@ impl Evaluation {
         }
         let solved = solved(neighbors, discs, step);
         let mut take = |contact: &Contact| {
-            all.contacts.add(contact, step.parameters.law.normal, discs);
+            all.contacts.add(contact, &step.parameters.law, discs);
             on_contact(contact);
         };
         let mut totals = Vec::with_capacity(neighbors.blocks.len());

@@ -31,13 +31,17 @@ inline_table! {
 inline_table! {
     /// Constants of a contact, as far as they are given.
     #[derive(Copy, Default)]
-    pub struct DemContactConstants = "a table { restitution, friction, rolling_friction }" {
+    pub struct DemContactConstants = "a table { restitution, friction, rolling_friction, stiffness_ratio, cohesion_n }" {
         /// Coefficient of restitution e.
         restitution: Option<Fraction> [optional],
         /// Coefficient of friction mu.
         friction: Option<NonNegative> [optional],
         /// Coefficient of rolling friction mu_r.
         rolling_friction: Option<NonNegative> [optional],
+        /// Stiffness of the contact, or Young's modulus, over that of the manifest.
+        stiffness_ratio: Option<Positive> [optional],
+        /// Attraction F_c during the contact, N.
+        cohesion_n: Option<NonNegative> [optional],
     }
 }
 

@@ -53,16 +53,20 @@ table! {
         friction: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Coefficient of rolling friction: a spring and slider against the relative spin, its lever the reduced radius.
         rolling_friction: NonNegative ["1"] = NonNegative::literal(0.0),
+        /// Cohesion F_c: a constant attraction of two surfaces in contact, of discs and of walls. The normal force is f - F_c, and the
+        /// contact slides at mu f, with the force f that it would have without cohesion.
+        cohesion_n: NonNegative ["N", sparse] = NonNegative::literal(0.0),
         /// The stiffness of the tangential springs.
         tangential_stiffness: TangentialStiffness [group] = TangentialStiffness::Ratio(Positive::literal(2.0 / 7.0)),
         /// Damping of the tangential spring over that of the normal one, while the contact sticks.
         tangential_to_normal_damping: NonNegative ["1"] = NonNegative::literal(0.5),
         /// What the discs are made of, drawn by fraction: { name, fraction, density_ratio, restitution, friction,
-        /// rolling_friction }; what is left out is as for all. The stiffness is one for all.
+        /// rolling_friction, stiffness_ratio, cohesion_n }; what is left out is as for all. stiffness_ratio is the stiffness, or Young's
+        /// modulus, over that of the manifest, which walls have.
         materials: Vec<DemMaterial> ["", sparse] = Vec::new(),
         /// Constants of contacts between two materials ("disc" where none is named), or of one with a "wall":
-        /// { between, restitution, friction, rolling_friction }. Others follow: the smaller friction of the two, and
-        /// e^2 the mean of both e^2.
+        /// { between, restitution, friction, rolling_friction, stiffness_ratio, cohesion_n }. Others follow: the smaller friction of
+        /// the two, the stiffness k = 2 k_i k_j/(k_i + k_j), e^2 = (e_i^2 k_j + e_j^2 k_i)/(k_i + k_j), and the geometric mean of the cohesions.
         contact_pairs: Vec<DemContactPair> ["", sparse] = Vec::new(),
         /// Directions in which the box is periodic and has no walls.
         periodic: PeriodicSides [""] = PeriodicSides::None,

@@ -1,12 +1,12 @@
 //! The rules between the keys of a DEM scene: sizes, walls, regions, materials, insertion.
 
-use super::materials::{DISC, MOST_MATERIALS, WALL};
+use super::materials::{DISC, DemContactConstants, MOST_MATERIALS, WALL};
 use super::radius::MOST_RADIUS_RATIO;
 use super::walls::{DemWall, DemWallShape};
 use super::{DemConfig, DemDashpot, Dissipation, Elasticity};
 use crate::keys::{Reader, rules};
 use crate::model::start::Placement;
-use crate::quantity::Finite;
+use crate::quantity::{Finite, NonNegative};
 
 impl DemConfig {
     /// Reports discs that do not fit into the box, and radii that differ too much.
@@ -97,11 +97,23 @@ impl DemConfig {
     /// Whether any contact has friction or rolling friction.
     #[must_use]
     pub fn has_friction(&self) -> bool {
-        let materials = self.materials.iter().map(|material| material.constants);
-        let pairs = self.contact_pairs.iter().map(|pair| pair.constants);
-        let given = materials.chain(pairs).flat_map(|own| [own.friction, own.rolling_friction]);
+        let given = self.given_constants().flat_map(|own| [own.friction, own.rolling_friction]);
         let common = [self.friction, self.rolling_friction];
         given.flatten().chain(common).any(|coefficient| coefficient.get() > 0.0)
+    }
+
+    /// Largest cohesion of a contact, N.
+    #[must_use]
+    pub fn max_cohesion_n(&self) -> f64 {
+        let given = self.given_constants().filter_map(|own| own.cohesion_n);
+        let larger = |most: f64, one: NonNegative| if one.get() > most { one.get() } else { most };
+        given.chain([self.cohesion_n]).fold(0.0, larger)
+    }
+
+    /// The constants that the materials and the pairs of materials give.
+    fn given_constants(&self) -> impl Iterator<Item = DemContactConstants> {
+        let materials = self.materials.iter().map(|material| material.constants);
+        materials.chain(self.contact_pairs.iter().map(|pair| pair.constants))
     }
 
     fn check_materials(&self, table: &mut Reader<'_>) {
@@ -133,9 +145,7 @@ impl DemConfig {
             }
             seen.push([one, other]);
         }
-        let materials = self.materials.iter().map(|material| material.constants);
-        let pairs = self.contact_pairs.iter().map(|pair| pair.constants);
-        let has_restitution = materials.chain(pairs).any(|own| own.restitution.is_some());
+        let has_restitution = self.given_constants().any(|own| own.restitution.is_some());
         rules! { table;
             has_restitution && matches!(self.dissipation, Dissipation::Damping(_)) =>
                 ["damping_n_s_per_m", "materials", "contact_pairs"]

@@ -130,8 +130,9 @@ fn canonical_text_parses_to_the_same_run() {
 /// Keys with table values are read back as written, and omitted keys stay omitted.
 #[test]
 fn dem_scene_is_read_back() {
-    let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", fraction = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3 }]\n\
-        contact_pairs = [{ between = [\"c\", \"wall\"], restitution = 0.9, rolling_friction = 0.1 }]\n\
+    let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", fraction = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3, stiffness_ratio = 0.2 }]\n\
+        contact_pairs = [{ between = [\"c\", \"wall\"], restitution = 0.9, rolling_friction = 0.1, cohesion_n = 0 }]\n\
+        cohesion_n = 0.01\n\
         walls = [{ from_m = [0, 0.01], to_m = [0.01, 0.01], velocity_m_per_s = [1, 0], moves_s = [0.1, 0.2] }]\n\
         velocity_std_m_per_s = 0.5\ninsertion = { discs = 7, discs_per_s = 10, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
         velocity_m_per_s = [0, -1] }\n";
@@ -139,8 +140,9 @@ fn dem_scene_is_read_back() {
     let text = manifest.canonical();
     assert_eq!(parse_run(&text).unwrap(), manifest, "{text}");
     for line in [
-        r#"materials = [{ name = "a \"b\"", fraction = 2.0, density_ratio = 1.0, friction = 0.5 }, { name = "c", fraction = 1.0, density_ratio = 3.0 }]"#,
-        r#"contact_pairs = [{ between = ["c", "wall"], restitution = 0.9, rolling_friction = 0.1 }]"#,
+        r#"materials = [{ name = "a \"b\"", fraction = 2.0, density_ratio = 1.0, friction = 0.5 }, { name = "c", fraction = 1.0, density_ratio = 3.0, stiffness_ratio = 0.2 }]"#,
+        r#"contact_pairs = [{ between = ["c", "wall"], restitution = 0.9, rolling_friction = 0.1, cohesion_n = 0.0 }]"#,
+        "cohesion_n = 0.01",
         "velocity_std_m_per_s = 0.5",
     ] {
         assert!(text.contains(line), "{text}");

@@ -89,6 +89,11 @@ fn contact_pairs_must_name_known_materials() {
         "must be a number in (0, 1]",
     );
     rejected(
+        "[model.dem]\nmaterials = [{ name = \"a\", stiffness_ratio = 0 }] # <-",
+        "must be a number > 0",
+    );
+    rejected("[model.dem]\ncohesion_n = -1 # <-", "must be a number >= 0");
+    rejected(
         "[model.dem]\nmaterials = [{ name = \"a\", density_ratio = 0 }] # <-",
         "must be a number > 0",
     );

@@ -86,6 +86,7 @@ const NO_DEFAULT: &[&str] = &[
     "placement_region_m",
     "materials",
     "contact_pairs",
+    "cohesion_n",
     "insertion",
     "velocity_std_m_per_s",
     "contact_time",
@@ -210,7 +211,7 @@ fn parser_accepts_every_enumerated_value_of_the_schema() {
 fn canonical_form_contains_every_key_of_the_schema() {
     let more = [
         "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\nremove_below_m = 0\nplacement_region_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
-        "[model.dem]\nmaterials = [{ name = \"a\" }]\ncontact_pairs = [{ between = [\"a\", \"wall\"] }]\n\
+        "[model.dem]\nmaterials = [{ name = \"a\" }]\ncontact_pairs = [{ between = [\"a\", \"wall\"] }]\ncohesion_n = 1\n\
          velocity_std_m_per_s = 1\ninsertion = { discs = 1, discs_per_s = 1, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
          velocity_m_per_s = [0, -1] }",
         "[model.gas]\nspeed_distribution = \"uniform\"\nmax_speed_m_per_s = 1\npropagation = \"time-stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",

@@ -90,10 +90,12 @@ pub(crate) fn facts(
 fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
         let ratio = parameters.strongest_damping_ratio(effective_mass);
-        let duration =
-            parameters.law.normal.contact_duration(effective_mass, ratio, config.limit_damping);
+        let (law, mass) = (&parameters.law, parameters.law.mass_of_stiffest(effective_mass));
+        let duration = law.normal.contact_duration(mass, ratio, config.limit_damping);
         duration.map(|duration| duration / parameters.time_step)
     };
+    let (softest, stiffest) = parameters.law.materials.stiffness_range();
+    let of_stiffest = if softest < stiffest { ", of the stiffest pair of materials," } else { "" };
     let at = match parameters.law.normal.largest() {
         [overlap, _] if overlap > 0.0 => {
             format!("At the largest expected overlap, {overlap:.3e} m, a contact")
@@ -102,7 +104,7 @@ fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     };
     match (steps(parameters.lightest_pair_mass()), steps(parameters.smallest_mass)) {
         (Some(pair), Some(wall)) => format!(
-            "{at} of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
+            "{at} of the lightest discs{of_stiffest} lasts {pair:.1} steps with each other, {wall:.1} with a wall."
         ),
         _ => "The dashpot is overdamped: contacts do not end.".to_owned(),
     }

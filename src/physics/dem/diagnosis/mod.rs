@@ -55,14 +55,15 @@ impl Diagnosis {
         let law = parameters.law.normal;
         let damping = parameters.strongest_damping();
         let dashpot_part = if is_implicit { 0.0 } else { 12.0 * damping * step / mass };
+        let by_springs = law.bed_bound(parameters.law.mass_of_stiffest(mass), step);
         let (by_forces, by_spins) =
-            (law.bed_bound(mass, step) + dashpot_part, spin_bound(config, &parameters, damping));
+            (by_springs + dashpot_part, spin_bound(config, &parameters, damping));
         let has_faster_spins = by_spins > by_forces;
         Self {
             damping_step: damping * step / parameters.lightest_pair_mass(),
             bed: if has_faster_spins { by_spins } else { by_forces },
             has_faster_spins,
-            steps_per_wall_contact: law.contact_time(mass) / step,
+            steps_per_wall_contact: parameters.law.contact_time(mass) / step,
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
             stiffness_key: law.key(),
@@ -157,20 +158,20 @@ impl Diagnosis {
 /// is the largest squared frequency for k_t above a quarter of k.
 fn spin_bound(config: &DemConfig, parameters: &Parameters, damping: f64) -> f64 {
     let Parameters { ref law, time_step, smallest_mass, .. } = *parameters;
-    if !config.has_mindlin_springs() || !law.has_friction() {
+    if !config.has_mindlin_springs() || !config.has_friction() {
         return 0.0;
     }
+    let stiffness = law.materials.stiffness_range().1 * law.tangential_stiffness;
     let dashpot = law.tangential_to_normal_damping * damping;
-    (24.0 * law.tangential_stiffness * time_step + 48.0 * dashpot) * time_step / smallest_mass
+    (24.0 * stiffness * time_step + 48.0 * dashpot) * time_step / smallest_mass
 }
 
-/// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs.
+/// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs and cohesion.
 fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
-    let (law, radius) = (&parameters.law.normal, parameters.radius);
-    let ExpectedLoad { mass, speed, weight } = ExpectedLoad::of(config);
+    let ExpectedLoad { mass, speed, load } = ExpectedLoad::of(config);
     let damping_ratio = parameters.weakest_damping_ratio(mass);
-    law.impact_overlap(&Impact { speed, mass, radius, damping_ratio })
-        + law.overlap_under(weight, radius)
+    let impact = Impact { speed, mass, radius: parameters.radius, damping_ratio };
+    parameters.law.expected_overlap(&impact, load)
 }
 
 /// A figure for a message: an integer from ten on, else two decimals.

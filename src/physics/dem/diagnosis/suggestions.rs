@@ -34,7 +34,7 @@ fn keys(config: &DemConfig) -> [Key; 6] {
     let present = restitution::restitution(ratio, config.limit_damping);
     // An overdamped dashpot has no restitution at which the search could begin.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
-    let contact_time = parameters.law.normal.contact_time(parameters.smallest_mass);
+    let contact_time = parameters.law.contact_time(parameters.smallest_mass);
     let steps_per_wall_contact = contact_time / parameters.time_step;
     let (Elasticity::Spring(stiffness) | Elasticity::Hertz(stiffness)) = config.elasticity;
     [

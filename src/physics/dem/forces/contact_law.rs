@@ -19,8 +19,14 @@ pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     inverse_circle: R,
     tangential_to_normal_damping: R,
     pub(super) time_step: R,
-    /// Friction and rolling friction if all discs are of one material.
+    /// Friction and rolling friction, of all discs if they are of one material.
     pub(super) friction: [R; 2],
+    /// Stiffness over that of the manifest.
+    stiffness_ratio: R,
+    /// F_c, of all discs if they are of one material.
+    cohesion: R,
+    /// Whether any surfaces attract each other.
+    is_cohesive: bool,
 }
 
 /// The geometry and the velocity of contacts.
@@ -40,9 +46,10 @@ pub(crate) struct ContactKinematics<R> {
     pub(super) sliding_speed: R,
 }
 
-/// Friction of a contact: coefficients, surfaces and damping.
-pub(super) struct Surfaces<'a> {
-    pub(super) constants: &'a ContactConstants,
+/// Friction of a contact: surfaces, damping, and the force that presses.
+pub(super) struct Surfaces {
+    /// The normal force without cohesion, N.
+    pub(super) pressing: f64,
     /// eta of the pair, N s/m.
     pub(super) damping: f64,
     /// Distance from the disc's center to the contact point, m.
@@ -68,6 +75,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         let zero = instructions.splat(0.0);
         let friction =
             law.materials.only().map_or([0.0; 2], |one| [one.friction, one.rolling_friction]);
+        let cohesion = law.materials.common_cohesion().unwrap_or(0.0);
         Self {
             zero,
             normal: normal.constants(zero),
@@ -81,19 +89,47 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
             tangential_to_normal_damping: instructions.splat(law.tangential_to_normal_damping),
             time_step: instructions.splat(time_step),
             friction: friction.map(|coefficient| instructions.splat(coefficient)),
+            stiffness_ratio: instructions.splat(1.0),
+            cohesion: instructions.splat(cohesion),
+            is_cohesive: law.is_cohesive(),
         }
     }
 
+    /// The law of pairs with these constants: friction, rolling friction, stiffness over that of the manifest, and cohesion.
     #[inline(always)]
-    pub(super) fn normal_force(
+    pub(super) fn of_pairs(&self, constants: [R; 4]) -> Self {
+        let [friction, rolling_friction, stiffness_ratio, cohesion] = constants;
+        let SliderConstants { stiffness, half_stiffness, compliance } = self.spring;
+        let spring = SliderConstants {
+            stiffness: stiffness_ratio * stiffness,
+            half_stiffness: stiffness_ratio * half_stiffness,
+            compliance: compliance / stiffness_ratio,
+        };
+        Self { spring, friction: [friction, rolling_friction], stiffness_ratio, cohesion, ..*self }
+    }
+
+    /// The normal force without cohesion. If not `MIXED`, the stiffness is that of the manifest.
+    #[inline(always)]
+    pub(super) fn normal_force<const MIXED: bool>(
         &self,
         contact: &ContactKinematics<R>,
         damping: R,
     ) -> NormalForce<R> {
         let ContactKinematics { overlap, circle, separating_speed, .. } = *contact;
         let elastic = L::elastic_force(&self.normal, overlap, circle);
+        let elastic = if MIXED { self.stiffness_ratio * elastic } else { elastic };
         let damping = L::damping(&self.normal, damping, overlap, circle);
         motion::normal_force(elastic, damping, separating_speed, self.least_force)
+    }
+
+    /// The normal force with the attraction F_c of surfaces that overlap; it dissipates nothing.
+    #[inline(always)]
+    pub(super) fn with_cohesion(&self, normal: &NormalForce<R>, overlap: R) -> NormalForce<R> {
+        if !self.is_cohesive {
+            return *normal;
+        }
+        let attraction = self.cohesion.or_zero(self.zero.is_less(overlap));
+        NormalForce { force: normal.force - attraction, loss: normal.loss }
     }
 
     /// The force of the tangential spring; `surface_speed` is a_i w_i + a_j w_j, `limit` mu f_n.
@@ -141,6 +177,12 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
 }
 
 impl<L: NormalLaw> LawRegisters<f64, L> {
+    /// The law of a pair with these constants.
+    #[inline(always)]
+    pub(super) fn of_pair(&self, pair: &ContactConstants) -> Self {
+        self.of_pairs(pair.of_contact())
+    }
+
     /// Fx, Fy, Dx, Dy on the disc with friction, and the torque on it. The springs advance by a step, and a fraction of the
     /// energies is added to the sums.
     #[inline(always)]
@@ -148,21 +190,22 @@ impl<L: NormalLaw> LawRegisters<f64, L> {
         &self,
         contact: &ContactKinematics<f64>,
         normal: &NormalForce<f64>,
-        surfaces: &Surfaces<'_>,
+        surfaces: &Surfaces,
         stretch: &mut Stretch,
         sums: &mut ContactSums,
         fraction: f64,
     ) -> ([f64; 4], Torque) {
-        let Surfaces { constants, damping, arm, surface_speed, rolling_rate, reduced_radius } =
+        let Surfaces { pressing, damping, arm, surface_speed, rolling_rate, reduced_radius } =
             *surfaces;
         // Friction acts only on a contact that presses.
-        let pressing = normal.force.larger(0.0);
-        let limit = constants.friction * pressing;
+        let pressing = pressing.larger(0.0);
+        let [friction, rolling_friction] = self.friction;
+        let limit = friction * pressing;
         let slid = self.sliding(contact, damping, surface_speed, stretch[0], limit);
         let (mut elastic, mut torque) = (self.spring_energy(slid.stretch), -arm * slid.force);
         stretch[0] = slid.stretch;
         if let Some(reduced_radius) = reduced_radius {
-            let limit = constants.rolling_friction * pressing;
+            let limit = rolling_friction * pressing;
             let (rolled, on_disc) = self.rolling(reduced_radius, rolling_rate, stretch[1], limit);
             elastic += self.spring_energy(rolled.stretch);
             torque += on_disc;

@@ -11,7 +11,7 @@
 
 use crate::dem::block::{BLOCK, Partner};
 use crate::dem::discs::Discs;
-use crate::dem::laws::Law;
+use crate::dem::materials::ContactLaw;
 use crate::dem::motion;
 use crate::dem::parameters::{Parameters, StepContext};
 use crate::dem::totals::{BlockForces, Contact};
@@ -36,7 +36,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
     let mut fastest = (gravity[0].abs() + gravity[1].abs()) * time_step;
     for contact in contacts.iter_mut() {
-        contact.normal_force = elastic_force(contact, discs, law.normal);
+        [contact.normal_force, _] = conservative_force(contact, discs, law);
         end.apply(contact, contact.normal_force);
     }
     for (contact, separating_speed) in contacts.iter().zip(begin) {
@@ -54,13 +54,10 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
             let damping = law.normal.damping(of_pair, [contact.overlap, circle]);
             // The speed that the contact would have without its own force.
             let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
-            let force = motion::implicit_normal_force(
-                elastic_force(contact, discs, law.normal),
-                damping,
-                free,
-                damping * time_step / effective_mass,
-                law.least_force(),
-            );
+            let [elastic, least_force] = conservative_force(contact, discs, law);
+            let damping_step = damping * time_step / effective_mass;
+            let force =
+                motion::implicit_normal_force(elastic, damping, free, damping_step, least_force);
             let change = force - contact.normal_force;
             end.apply(contact, change);
             contact.normal_force = force;
@@ -75,8 +72,9 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
 }
 
-fn elastic_force(contact: &Contact, discs: &Discs, law: Law) -> f64 {
-    law.elastic_force(contact.overlap, discs.reduced_radius(contact.disc as usize, contact.partner))
+/// The elastic force less cohesion, and the least force, N.
+fn conservative_force(contact: &Contact, discs: &Discs, law: &ContactLaw) -> [f64; 2] {
+    law.conservative_force(discs, (contact.disc, contact.partner), contact.overlap)
 }
 
 /// Sets the normal of two discs by division. Two centers on one point have no normal; any will do, because such an overlap ends the
@@ -105,7 +103,7 @@ pub(crate) fn forces_of(
         })
         .collect();
     for contact in contacts {
-        let elastic = elastic_force(contact, discs, step.parameters.law.normal);
+        let [elastic, _] = conservative_force(contact, discs, &step.parameters.law);
         let loss = elastic - contact.normal_force;
         let ([fx, fy], [nx, ny]) = (contact.force, contact.normal);
         let on_disc = [fx, fy, loss * nx, loss * ny];

@@ -111,16 +111,22 @@ impl InterBlockForces {
     ) {
         let InterBlockContext { discs, step, law, has_rolling_friction } = context;
         let (ends, reach) = (block.inter_block_ends(pair), block.inter_block.reach[pair]);
+        let of_pair = || {
+            let [first, second] = ends.map(|disc| discs.materials[disc]);
+            law.of_pair(step.parameters.law.materials.between(first, second))
+        };
         let separation = separation(block, pair, discs);
         let distance_squared = motion::distance_squared(separation);
         if !motion::is_closer(distance_squared, reach) {
             if FRICTION {
                 let mut stretch = block.inter_block.stretch_of(pair);
+                let law = if stretch == [0.0; 2] { *law } else { of_pair() };
                 law.release(&mut stretch, &mut self.sums, 0.5);
                 block.inter_block.set_stretch(pair, stretch);
             }
             return;
         }
+        let law = of_pair();
         let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
         let velocity = [vx - other_vx, vy - other_vy];
         let (own, radii) =
@@ -135,13 +141,13 @@ impl InterBlockForces {
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
         let damping = block.inter_block.damping[pair];
-        let normal = law.normal_force(&contact, damping);
+        let pressing = law.normal_force::<true>(&contact, damping);
+        let normal = law.with_cohesion(&pressing, contact.overlap);
         let force = if FRICTION {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
-            let [first, second] = ends.map(|disc| discs.materials[disc]);
             let arms = radii.map(|radius| motion::lever_arm(radius, contact.overlap));
             let surfaces = Surfaces {
-                constants: step.parameters.law.materials.between(first, second),
+                pressing: pressing.force,
                 damping,
                 arm: arms[0],
                 surface_speed: arms[0] * spin + arms[1] * other_spin,

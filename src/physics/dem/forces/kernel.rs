@@ -279,10 +279,17 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         let kinematics = &contact.kinematics;
         let ends = [&groups.first[group], &groups.second[group]];
         let damping = self.instructions.load(&groups.damping[group]);
-        let normal = self.law.normal_force(kinematics, damping);
+        let law = if MIXED {
+            self.law.of_pairs(constants_of_pairs(self.instructions, self.context, ends))
+        } else {
+            self.law
+        };
+        let pressing = law.normal_force::<MIXED>(kinematics, damping);
+        let normal = law.with_cohesion(&pressing, kinematics.overlap);
         let on_first = if FRICTION {
+            let forces = [&pressing, &normal];
             // SAFETY: the caller checked the indices.
-            unsafe { self.friction::<ROLLING, MIXED>(groups, springs, contact, &normal) }
+            unsafe { self.friction::<ROLLING>(&law, groups, springs, contact, forces) }
         } else {
             // A pair apart adds 0, which changes no bit: a sum that began with +0 is never -0. A branch would cost more.
             kinematics.along_normal(&normal)
@@ -295,28 +302,29 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         }
     }
 
-    /// Fx, Fy, Dx, Dy on the first discs with friction. Adds the torques and energies; springs of pairs apart are released.
+    /// Fx, Fy, Dx, Dy on the first discs with friction, by the normal force without cohesion, and with it. Adds the torques and energies;
+    /// springs of pairs apart are released.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
     #[inline(always)]
-    unsafe fn friction<const ROLLING: bool, const MIXED: bool>(
+    unsafe fn friction<const ROLLING: bool>(
         &mut self,
+        law: &LawRegisters<I::Register, L>,
         groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
         &GroupContact { ref kinematics, mask, group }: &GroupContact<I::Register>,
-        normal: &NormalForce<I::Register>,
+        [pressing, normal]: [&NormalForce<I::Register>; 2],
     ) -> [I::Register; 4] {
-        let Self { instructions, law, context, sums, energies, .. } = self;
+        let Self { instructions, context, sums, energies, .. } = self;
         let ends = [&groups.first[group], &groups.second[group]];
         // SAFETY: the caller checked the indices.
         let rotors = |end| unsafe { instructions.gather_vectors(context.rotors, end) };
         // Not by `map`: its closure would not be compiled with the instructions of the kernel.
         let ([radius, spin], [other_radius, other_spin]) = (rotors(ends[0]), rotors(ends[1]));
         // Friction acts only on contacts that press.
-        let pressing = normal.force.larger(law.zero);
-        let [friction, rolling_friction] =
-            if MIXED { coefficients(*instructions, context, ends) } else { law.friction };
+        let pressing = pressing.force.larger(law.zero);
+        let [friction, rolling_friction] = law.friction;
         let arm = motion::lever_arm(radius, kinematics.overlap);
         let other_arm = motion::lever_arm(other_radius, kinematics.overlap);
         let damping = instructions.load(&groups.damping[group]);
@@ -419,19 +427,27 @@ unsafe fn reduced_radii<const N: usize, I: InstructionSet<N>>(
     motion::reduced_radius(instructions.load(&columns[0]), instructions.load(&columns[1]))
 }
 
-/// Friction and rolling friction of discs of several materials.
+/// The constants of pairs of discs of several materials; see [`LawRegisters::of_pairs`].
 #[inline(always)]
-fn coefficients<const N: usize, I: InstructionSet<N>>(
+fn constants_of_pairs<const N: usize, I: InstructionSet<N>>(
     instructions: I,
     context: &PairContext<'_>,
     [first, second]: [&[u16; N]; 2],
-) -> [I::Register; 2] {
-    let (mut friction, mut rolling_friction) = ([0.0; N], [0.0; N]);
+) -> [I::Register; 4] {
+    let mut columns = [[0.0; N]; 4];
     for lane in 0..N {
         let [one, other] =
             [first[lane], second[lane]].map(|disc| context.discs.materials[usize::from(disc)]);
-        let pair = context.step.parameters.law.materials.between(one, other);
-        (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
+        let pair = context.step.parameters.law.materials.between(one, other).of_contact();
+        for (column, constant) in columns.iter_mut().zip(pair) {
+            column[lane] = constant;
+        }
     }
-    [instructions.load(&friction), instructions.load(&rolling_friction)]
+    let [friction, rolling_friction, stiffness_ratio, cohesion] = &columns;
+    [
+        instructions.load(friction),
+        instructions.load(rolling_friction),
+        instructions.load(stiffness_ratio),
+        instructions.load(cohesion),
+    ]
 }

@@ -119,6 +119,7 @@ impl ForceFinder {
         for pair in &mut block.walls {
             let disc = pair.disc as usize;
             let wall = &step.walls[pair.wall as usize];
+            let law = law.of_pair(step.parameters.law.materials.with_walls(discs.materials[disc]));
             let (radius, sums) = (discs.radii[disc], &mut self.found.sums);
             let contact = wall.shape.contact(discs.positions[disc]);
             if contact.distance >= radius {
@@ -139,12 +140,13 @@ impl ForceFinder {
             let partner = Partner::Wall(pair.wall);
             let overlap = contact.overlap;
             sums.max_overlap.note(overlap, disc, radius, partner, radius);
-            let normal_force = law.normal_force(&contact, pair.damping);
+            let pressing = law.normal_force::<true>(&contact, pair.damping);
+            let normal_force = law.with_cohesion(&pressing, overlap);
             let mut on_disc = contact.along_normal(&normal_force);
             if has_friction {
                 let spin = discs.spins[disc];
                 let surfaces = Surfaces {
-                    constants: step.parameters.law.materials.with_walls(discs.materials[disc]),
+                    pressing: pressing.force,
                     damping: pair.damping,
                     arm: distance,
                     surface_speed: distance * spin,

@@ -49,24 +49,25 @@ pub(crate) use with_law;
 const LEAST_OVERLAP: f64 = 0.01;
 
 impl Law {
-    /// The law that the manifest requests.
-    pub(super) fn of(config: &DemConfig) -> Self {
+    /// The law that the manifest requests; `softest` is the least stiffness of a contact over that of the manifest.
+    pub(super) fn of(config: &DemConfig, softest: f64) -> Self {
         match config.elasticity {
             Elasticity::Spring(stiffness) => {
                 Self::LinearSpring(LinearSpring { stiffness: stiffness.get() })
             }
             Elasticity::Hertz(modulus) => {
-                let load = ExpectedLoad::of(config);
+                let ExpectedLoad { mass, speed, load } = ExpectedLoad::of(config);
                 let radius = config.radius_m.range().1;
                 let ratio = radius / config.radius_m.mean();
-                let mass = load.mass * ratio * ratio;
-                let hardest = Impact { speed: load.speed, mass, radius, damping_ratio: 0.0 };
+                // As `ContactLaw::expected_overlap`.
+                let mass = mass * ratio * ratio / softest;
+                let hardest = Impact { speed, mass, radius, damping_ratio: 0.0 };
                 let modulus = config.effective_modulus_pa(modulus);
-                let (weight, least) = (load.weight, LEAST_OVERLAP * radius);
+                let (load, least) = (load / softest, LEAST_OVERLAP * radius);
                 if config.has_mindlin_springs() {
-                    return Self::Mindlin(Mindlin::new(modulus, &hardest, weight, least));
+                    return Self::Mindlin(Mindlin::new(modulus, &hardest, load, least));
                 }
-                Self::Hertz(Hertz::new(modulus, &hardest, weight, least))
+                Self::Hertz(Hertz::new(modulus, &hardest, load, least))
             }
         }
     }
