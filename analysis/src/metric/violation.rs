@@ -55,6 +55,8 @@ quantities! {
     StepOverContact = "Δt over the duration of a contact",
     /// Damping times time step over mass.
     DampingStep = "η_n Δt/m",
+    /// Surfaces in contact attract each other.
+    Cohesion = "surfaces in contact attract each other (`cohesion_n`)",
     /// Area of the discs over that of the box, far from the walls where there are walls.
     PackingFraction = "φ",
     /// Diameter of a disc over the side of the box.

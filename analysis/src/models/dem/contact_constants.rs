@@ -1,10 +1,10 @@
 //! Constants of the contacts that a manifest describes: pairs of materials, effective masses and the time step.
 
-use super::elasticity::Elastic;
 use kinetoscope_manifest::model::{
-    DISC, DemConfig, DemContactPair, DemMaterial, Dissipation, StepLength, TimeStep, WALL,
+    DISC, DemConfig, DemContactConstants, DemMaterial, Dissipation, Elasticity, StepLength,
+    TimeStep, WALL,
 };
-use kinetoscope_manifest::quantity::Fraction;
+use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 use std::f64::consts::PI;
 
 /// A material and its name; the walls, and discs where no materials are listed, have the constants of all.
@@ -19,56 +19,94 @@ fn disc_materials(config: &DemConfig) -> Vec<Material<'_>> {
 }
 
 /// The constants that a manifest gives for a pair of materials.
-pub(super) fn given_pair<'a>(
-    config: &'a DemConfig,
-    names: [&str; 2],
-) -> Option<&'a DemContactPair> {
-    config.contact_pairs.iter().find(|pair| {
+pub(super) fn given_pair(config: &DemConfig, names: [&str; 2]) -> DemContactConstants {
+    let mut pairs = config.contact_pairs.iter();
+    let pair = pairs.find(|pair| {
         let [one, other] = [&*pair.between[0], &*pair.between[1]];
         [one, other] == names || [other, one] == names
-    })
+    });
+    pair.map_or_else(DemContactConstants::default, |pair| pair.constants)
 }
 
-/// The given restitution of a pair of materials: its own, or by the mixing rule e^2 = (e_1^2 + e_2^2)/2. `None` if the manifest gives
-/// a damping.
-fn restitution_between(config: &DemConfig, one: Material<'_>, other: Material<'_>) -> Option<f64> {
-    let Dissipation::Restitution(common) = config.dissipation else { return None };
-    let of = |(_, material): Material<'_>| {
-        material.and_then(|material| material.constants.restitution).unwrap_or(common).get()
+/// Constants of the contacts of two materials.
+#[derive(Clone, Copy)]
+pub(super) struct PairConstants {
+    /// The given restitution; `None` if the manifest gives a damping.
+    pub(super) restitution: Option<f64>,
+    /// Stiffness over that of the manifest.
+    pub(super) stiffness: f64,
+    /// Cohesion, N.
+    pub(super) cohesion_n: f64,
+}
+
+/// The given constants of a pair of materials, or those of the mixing rules: springs in series, e^2 = (e_1^2 k_2 + e_2^2 k_1)/(k_1 + k_2),
+/// and the geometric mean of the cohesions.
+fn between(config: &DemConfig, one: Material<'_>, other: Material<'_>) -> PairConstants {
+    let given = given_pair(config, [one.0, other.0]);
+    let own = [one, other].map(|(_, own)| own.map(|own| own.constants).unwrap_or_default());
+    let unless_equal = |[one, other]: [f64; 2], mixed: f64| if one == other { one } else { mixed };
+    let [k, k_other] = own.map(|own| own.stiffness_ratio.map_or(1.0, Positive::get));
+    let forces = own.map(|own| own.cohesion_n.unwrap_or(config.cohesion_n).get());
+    let restitution = |common: Fraction| {
+        let [e, e_other] = own.map(|own| own.restitution.unwrap_or(common).get());
+        let squared = match k == k_other {
+            true => (e * e + e_other * e_other) / 2.0,
+            false => (e * e * k_other + e_other * e_other * k) / (k + k_other),
+        };
+        given.restitution.map_or(unless_equal([e, e_other], squared.sqrt()), Fraction::get)
     };
-    let (e, e_other) = (of(one), of(other));
-    let mixed = if e == e_other { e } else { ((e * e + e_other * e_other) / 2.0).sqrt() };
-    let pair = given_pair(config, [one.0, other.0]);
-    Some(pair.and_then(|pair| pair.constants.restitution).map_or(mixed, Fraction::get))
+    let stiffness = unless_equal([k, k_other], 2.0 * k * k_other / (k + k_other));
+    let cohesion = unless_equal(forces, (forces[0] * forces[1]).sqrt());
+    PairConstants {
+        restitution: match config.dissipation {
+            Dissipation::Restitution(common) => Some(restitution(common)),
+            Dissipation::Damping(_) => None,
+        },
+        stiffness: given.stiffness_ratio.map_or(stiffness, Positive::get),
+        cohesion_n: given.cohesion_n.map_or(cohesion, NonNegative::get),
+    }
 }
 
 /// The only value of several; `None` if there are two different ones, or none.
-fn only(mut values: impl Iterator<Item = f64>) -> Option<f64> {
-    let first = values.next()?;
-    values.all(|value| value == first).then_some(first)
+fn only(mut values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let first = values.next()??;
+    values.all(|value| value == Some(first)).then_some(first)
 }
 
-/// The given restitution of contacts with the walls; `None` for a damping, and if it depends on the material.
-pub(super) fn restitution_with_walls(config: &DemConfig) -> Option<f64> {
-    let discs = disc_materials(config).into_iter();
-    let values: Option<Vec<f64>> =
-        discs.map(|disc| restitution_between(config, disc, (WALL, None))).collect();
-    only(values?.into_iter())
-}
-
-/// The given restitution of contacts between discs; `None` for a damping, and if it depends on the materials.
-pub(super) fn restitution_of_discs(config: &DemConfig) -> Option<f64> {
+/// Constants of the contacts of the discs with others.
+fn pairs_with(config: &DemConfig, others: &[Material<'_>]) -> Vec<PairConstants> {
     let discs = disc_materials(config);
-    let pairs = discs.iter().flat_map(|&one| discs.iter().map(move |&other| (one, other)));
-    let values: Option<Vec<f64>> =
-        pairs.map(|(one, other)| restitution_between(config, one, other)).collect();
-    only(values?.into_iter())
+    let pairs = discs.iter().flat_map(|&one| others.iter().map(move |&other| (one, other)));
+    pairs.map(|(one, other)| between(config, one, other)).collect()
+}
+
+/// A constant of the contacts with the walls; `None` if it depends on the material.
+pub(super) fn with_walls(
+    config: &DemConfig,
+    constant: fn(PairConstants) -> Option<f64>,
+) -> Option<f64> {
+    only(pairs_with(config, &[(WALL, None)]).into_iter().map(constant))
+}
+
+/// A constant of the contacts between discs; `None` if it depends on the materials.
+pub(super) fn of_discs(
+    config: &DemConfig,
+    constant: fn(PairConstants) -> Option<f64>,
+) -> Option<f64> {
+    only(pairs_with(config, &disc_materials(config)).into_iter().map(constant))
+}
+
+/// The largest stiffness of a contact over that of the manifest.
+pub(super) fn max_stiffness(config: &DemConfig) -> f64 {
+    let mut others = disc_materials(config);
+    others.push((WALL, None));
+    pairs_with(config, &others).into_iter().map(|pair| pair.stiffness).fold(0.0, f64::max)
 }
 
 /// Mass of equal discs, kg; `None` if radii or densities differ.
 pub(super) fn disc_mass_kg(config: &DemConfig) -> Option<f64> {
     let (smallest, largest) = config.radius_m.range();
-    let ratio = only(density_ratios(config))?;
+    let ratio = only(density_ratios(config).map(Some))?;
     (smallest == largest).then(|| config.mass_kg.get() * ratio)
 }
 
@@ -85,7 +123,8 @@ pub(super) fn time_step_s(config: &DemConfig) -> Option<f64> {
     let smallest_mass = config.mass_kg.get() * density * ratio * ratio;
     match config.time_step {
         TimeStep::PerContact(steps) => {
-            let stiffness = Elastic::of(config).spring_n_per_m()?;
+            let Elasticity::Spring(stiffness) = config.elasticity else { return None };
+            let stiffness = max_stiffness(config) * stiffness.get();
             Some(PI * (smallest_mass / stiffness).sqrt() / steps.get())
         }
         TimeStep::Length(StepLength::Fixed(step)) => Some(step.get()),
@@ -110,6 +149,14 @@ mod tests {
         }
     }
 
+    fn restitution_with_walls(config: &DemConfig) -> Option<f64> {
+        with_walls(config, |pair| pair.restitution)
+    }
+
+    fn restitution_of_discs(config: &DemConfig) -> Option<f64> {
+        of_discs(config, |pair| pair.restitution)
+    }
+
     /// Guarantee: the restitution of a contact is the pair's own, or that of the mixing rule; `None` if it depends on the drawn
     /// material.
     #[test]
@@ -128,5 +175,15 @@ mod tests {
         let two = config("materials = [{ name = \"a\", restitution = 0.5 }, { name = \"b\" }]");
         assert_eq!([restitution_with_walls(&two), restitution_of_discs(&two)], [None; 2]);
         assert_eq!(disc_mass_kg(&two), Some(1e-3));
+        let stiff = config(
+            "materials = [{ name = \"a\", restitution = 0.5, stiffness_ratio = 4.0, cohesion_n = 0.01 }]",
+        );
+        let restitution = ((0.25 + 4.0 * 0.81) / 5.0_f64).sqrt();
+        assert!((restitution_with_walls(&stiff).unwrap() - restitution).abs() < 1e-15);
+        assert_eq!(with_walls(&stiff, |pair| Some(pair.stiffness)), Some(1.6));
+        assert_eq!(of_discs(&stiff, |pair| Some(pair.stiffness)), Some(4.0));
+        assert_eq!(with_walls(&stiff, |pair| Some(pair.cohesion_n)), Some(0.0));
+        let step = |config: &DemConfig| time_step_s(config).unwrap();
+        assert!((step(&plain) / step(&stiff) - 2.0).abs() < 1e-15);
     }
 }

@@ -1,5 +1,6 @@
 //! The elastic force of a disc's contact with a wall, by the law of the manifest.
 
+use super::contact_constants;
 use kinetoscope_manifest::model::{DemConfig, Elasticity};
 
 /// k of f = k delta, N/m, or 4/3 E* of Hertz's law, Pa: f = 4/3 E* sqrt(r delta) delta (Landau and Lifshitz, Theory of Elasticity,
@@ -11,13 +12,20 @@ pub(super) enum Elastic {
 }
 
 impl Elastic {
-    pub(super) fn of(config: &DemConfig) -> Self {
+    /// The force of contacts with a stiffness over that of the manifest.
+    pub(super) fn of(config: &DemConfig, stiffness_ratio: f64) -> Self {
         match config.elasticity {
-            Elasticity::Spring(stiffness) => Self::Spring(stiffness.get()),
+            Elasticity::Spring(stiffness) => Self::Spring(stiffness_ratio * stiffness.get()),
             Elasticity::Hertz(modulus) => {
-                Self::Hertz(4.0 / 3.0 * config.effective_modulus_pa(modulus))
+                let modulus = config.effective_modulus_pa(modulus);
+                Self::Hertz(stiffness_ratio * (4.0 / 3.0 * modulus))
             }
         }
+    }
+
+    /// The force of contacts with the walls; `None` if it depends on the material.
+    pub(super) fn of_walls(config: &DemConfig) -> Option<Self> {
+        Some(Self::of(config, contact_constants::with_walls(config, |pair| Some(pair.stiffness))?))
     }
 
     /// Stiffness of a linear spring, N/m.

@@ -156,7 +156,9 @@ fn restitution_by_rebound(run: &DemRun) -> Option<Plot> {
     let measured = run.known_rebounds()?.restitutions();
     let points = measured.iter().enumerate().map(|(index, value)| ((index + 1) as f64, *value));
     let mut curves = vec![Curve::new("measured", CurveStyle::Data, 0, points)];
-    let theory = law::WallContact::of(&run.config).map(|contact| contact.restitution().value);
+    let theory = law::WallContact::of(&run.config)
+        .filter(|_| run.config.max_cohesion_n() == 0.0)
+        .map(|contact| contact.restitution().value);
     let ends = [1.0, measured.len() as f64];
     curves.extend(theory.map(|theory| Curve::theory("theory", 1, ends.map(|end| (end, theory)))));
     let axes = [Axis::linear("number of the rebound", ""), Axis::linear("restitution", "")];
@@ -171,7 +173,8 @@ fn cooling(run: &DemRun) -> Option<Plot> {
         return None;
     }
     let mut curves = vec![Curve::line("measured", 0, run.temperature.iter().copied())];
-    if let Some(rate) = law::cooling_rate_per_s(&run.config, first) {
+    let is_hard = run.config.max_cohesion_n() == 0.0;
+    if let Some(rate) = law::cooling_rate_per_s(&run.config, first).filter(|_| is_hard) {
         let haff = |time: f64| first / libm::pow(1.0 + rate.value * (time - begin), 2.0);
         let line = run.temperature.iter().map(|(time, _)| (*time, haff(*time)));
         curves.push(Curve::theory("Haff's law, T₀/(1 + t/τ)²", 1, line));
@@ -213,7 +216,9 @@ fn row_velocities(run: &DemRun) -> Option<Plot> {
         Curve::line(format!("disc {}", index + 1), index, series.iter().copied())
     };
     let mut curves: Vec<Curve> = all.iter().enumerate().map(curve).collect();
-    let theory = law::velocity_transmission(&run.config).map(|fraction| fraction * first.1);
+    let theory = law::velocity_transmission(&run.config)
+        .filter(|fraction| fraction.violation.is_none())
+        .map(|fraction| fraction.value * first.1);
     curves.extend(theory.map(|velocity| {
         let ends = [first.0, last.0].map(|time| (time, velocity));
         let name = format!("disc {} at the end, by momentum and restitution", all.len());

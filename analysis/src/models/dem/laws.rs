@@ -2,9 +2,9 @@
 
 use super::contact_constants;
 use super::elasticity::Elastic;
-use crate::metric::Quantity;
 use crate::metric::law::laws;
 use crate::metric::theory::ExpectedValue;
+use crate::metric::{Quantity, Violation};
 use crate::models::hard_discs;
 use kinetoscope_manifest::model::{
     DISC, DemConfig, DemDashpot, DiscRadius, Dissipation, Placement, WALL,
@@ -37,7 +37,7 @@ pub(crate) fn are_walls_frictionless(config: &DemConfig) -> bool {
     let smooth = |name: &str, own: Option<NonNegative>| {
         let pair = contact_constants::given_pair(config, [name, WALL]);
         let mixed = own.map_or(config.friction.get(), |own| own.get().min(config.friction.get()));
-        pair.and_then(|pair| pair.constants.friction).map_or(mixed, NonNegative::get) == 0.0
+        pair.friction.map_or(mixed, NonNegative::get) == 0.0
     };
     if config.materials.is_empty() {
         return smooth(DISC, None);
@@ -58,7 +58,7 @@ pub(crate) fn drawn_temperature(config: &DemConfig) -> Option<[f64; 2]> {
 /// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = `<v^2>`/2.
 pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<ExpectedValue> {
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
-    let e = contact_constants::restitution_of_discs(config)?;
+    let e = contact_constants::of_discs(config, |pair| pair.restitution)?;
     let area = config.width_m.get() * config.height_m.get();
     let density = f64::from(config.discs.get()) / area;
     let radius = radius.get();
@@ -66,31 +66,43 @@ pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option
     let contact = hard_discs::contact_value(fraction);
     let collisions = 2.0 * PI.sqrt() * density * 2.0 * radius * contact * temperature.sqrt();
     let pair = contact_constants::given_pair(config, [DISC, DISC]);
-    let friction = pair.and_then(|pair| pair.constants.friction).unwrap_or(config.friction);
+    let friction = pair.friction.unwrap_or(config.friction);
     let plain = friction.get() == 0.0 && config.materials.is_empty();
     plain.then(|| ExpectedValue {
         value: (1.0 - e * e) * collisions / 4.0,
         accuracy: None,
-        violation: Quantity::PackingFraction.at_most(fraction, hard_discs::MAX_PACKING_FRACTION),
+        violation: Quantity::PackingFraction
+            .at_most(fraction, hard_discs::MAX_PACKING_FRACTION)
+            .or_else(|| cohesion(config)),
     })
 }
 
-/// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w. `None` if restitution or
-/// mass differ from disc to disc.
-pub(crate) fn velocity_transmission(config: &DemConfig) -> Option<f64> {
+/// The violation of laws of contacts that attract each other.
+fn cohesion(config: &DemConfig) -> Option<Violation> {
+    Quantity::Cohesion.required(config.max_cohesion_n() == 0.0)
+}
+
+/// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w. `None` if restitution,
+/// stiffness or mass differ from disc to disc.
+pub(crate) fn velocity_transmission(config: &DemConfig) -> Option<ExpectedValue> {
     let Placement::Given(state) = &config.placement else { return None };
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
-    let e = contact_constants::restitution_of_discs(config)?;
+    let e = contact_constants::of_discs(config, |pair| pair.restitution)?;
     let zeta = damping_ratio(e, config.limit_damping);
     let mass = contact_constants::disc_mass_kg(config)?;
-    let stiffness = Elastic::of(config).spring_n_per_m()?;
+    let ratio = contact_constants::of_discs(config, |pair| Some(pair.stiffness))?;
+    let stiffness = Elastic::of(config, ratio).spring_n_per_m()?;
     let frequency = (2.0 * stiffness / mass).sqrt();
     let way =
         state.velocities_m_per_s.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
     let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
     let is_apart = state.positions_m.windows(2).all(|pair| gap(pair) >= way);
     let collisions = state.positions_m.len() as i32 - 1;
-    is_apart.then(|| ((1.0 + e) / 2.0).powi(collisions))
+    is_apart.then(|| ExpectedValue {
+        value: ((1.0 + e) / 2.0).powi(collisions),
+        accuracy: None,
+        violation: cohesion(config),
+    })
 }
 
 /// Damping ratio eta / (2 sqrt(k m_eff)) of a restitution, in [0, 1]; found by bisection, because the restitution
@@ -119,6 +131,8 @@ pub(crate) struct WallContact {
     is_explicit: bool,
     /// Time step, s; `None` for the automatic one.
     time_step_s: Option<f64>,
+    /// Cohesion, for which the laws do not hold.
+    cohesion: Option<Violation>,
 }
 
 /// eta dt/m below which the leading errors of the restitution are all that matter.
@@ -138,11 +152,11 @@ impl WallContact {
     /// The wall contact of a manifest's discs; `None` if restitution or mass differ from disc to disc.
     pub(crate) fn of(config: &DemConfig) -> Option<Self> {
         let mass = contact_constants::disc_mass_kg(config)?;
-        let stiffness = Elastic::of(config).spring_n_per_m();
+        let stiffness = Elastic::of_walls(config)?.spring_n_per_m();
         let limit_damping = config.limit_damping;
         let (damping_ratio, restitution) = match config.dissipation {
             Dissipation::Restitution(_) => {
-                let wanted = contact_constants::restitution_with_walls(config)?;
+                let wanted = contact_constants::with_walls(config, |pair| pair.restitution)?;
                 (damping_ratio(wanted, limit_damping), wanted)
             }
             Dissipation::Damping(damping) => {
@@ -160,6 +174,7 @@ impl WallContact {
             limit_damping,
             is_explicit,
             time_step_s,
+            cohesion: cohesion(config),
         })
     }
 
@@ -220,7 +235,7 @@ impl WallContact {
             return ExpectedValue {
                 value,
                 accuracy: Some(CONTACT_ACCURACY * value),
-                violation: None,
+                violation: self.cohesion,
             };
         };
         let step = self.time_step_s.unwrap_or(0.0);
@@ -230,7 +245,8 @@ impl WallContact {
         // Ten steps per contact are in range, also after rounding.
         let violation = (Quantity::StepOverContact)
             .at_most(step / duration / (1.0 + 1e-9), 0.1)
-            .or_else(|| Quantity::DampingStep.below(damping_step, 1.0));
+            .or_else(|| Quantity::DampingStep.below(damping_step, 1.0))
+            .or(self.cohesion);
         ExpectedValue { value, accuracy: Some(accuracy * value), violation }
     }
 }
@@ -245,8 +261,8 @@ pub(crate) fn hertz_duration_s(
     [gravity, time_step_s]: [f64; 2],
 ) -> Option<ExpectedValue> {
     let mass = contact_constants::disc_mass_kg(config)?;
-    let elastic = Elastic::of(config);
-    let is_elastic = contact_constants::restitution_with_walls(config) == Some(1.0);
+    let elastic = Elastic::of_walls(config)?;
+    let is_elastic = contact_constants::with_walls(config, |pair| pair.restitution) == Some(1.0);
     if elastic.spring_n_per_m().is_some() || !is_elastic {
         return None;
     }
@@ -254,7 +270,8 @@ pub(crate) fn hertz_duration_s(
     let overlap = libm::pow(1.25 * mass * velocity * velocity / factor, 0.4);
     let value = HERTZ_FACTOR * overlap / velocity;
     let by_weight = 0.375 * gravity * overlap / (velocity * velocity) * value;
-    Some(ExpectedValue { value, accuracy: Some(by_weight + 2.0 * time_step_s), violation: None })
+    let accuracy = Some(by_weight + 2.0 * time_step_s);
+    Some(ExpectedValue { value, accuracy, violation: cohesion(config) })
 }
 
 /// w times the time until a clamped force ends, below critical damping (Schwager and Pöschel 2007, equations 17 to 19).
@@ -285,6 +302,7 @@ pub(crate) fn restitution(damping_ratio: f64, tail: bool) -> f64 {
 mod tests {
     use super::*;
     use crate::statistics::random::Uniform;
+    use kinetoscope_manifest::model::{DemContactConstants, DemContactPair};
     use kinetoscope_manifest::quantity::Positive;
 
     /// Law: mean and standard deviation of the granular temperature of 10 discs with drawn velocities. Setup: 20,000 samples of
@@ -315,6 +333,34 @@ mod tests {
         assert!((std / scatter - 1.0).abs() < 0.025, "{std} {scatter}");
         assert!((mean / 0.25 - 1.0).abs() > 0.05, "control: {mean}");
         assert!((std / (expected / 10.0_f64.sqrt()) - 1.0).abs() > 0.025, "control: {std}");
+    }
+
+    /// Guarantee: laws of impacts are not compared with those of surfaces that attract each other, and refer to the stiffness of the pair.
+    /// Control: without cohesion they are in range, and four times the stiffness halves the duration.
+    #[test]
+    fn laws_of_impacts_exclude_cohesion() {
+        let config = |cohesion: f64, ratio: f64| {
+            let constants = DemContactConstants {
+                stiffness_ratio: Positive::new(ratio),
+                ..DemContactConstants::default()
+            };
+            let between = [DISC, WALL].map(str::to_owned);
+            DemConfig {
+                cohesion_n: NonNegative::new(cohesion).unwrap(),
+                contact_pairs: vec![DemContactPair { between, constants }],
+                ..DemConfig::default()
+            }
+        };
+        let duration = |config: &DemConfig| WallContact::of(config).unwrap().duration_s().unwrap();
+        let restitution = |config: &DemConfig| WallContact::of(config).unwrap().restitution();
+        let sticky = config(1e-3, 1.0);
+        for law in [duration(&sticky), restitution(&sticky)] {
+            assert!(law.violation.unwrap().to_string().contains("cohesion_n"));
+        }
+        let plain = config(0.0, 1.0);
+        assert_eq!([duration(&plain), restitution(&plain)].map(|law| law.violation), [None; 2]);
+        let ratio = duration(&plain).value / duration(&config(0.0, 4.0)).value;
+        assert!((ratio - 2.0).abs() < 1e-12, "{ratio}");
     }
 
     /// Source: table of the DEM exercise, damping ratios for e = 0.9, 0.8, 0.5, 0.2 in both conventions.
@@ -351,6 +397,7 @@ mod tests {
                 limit_damping: false,
                 is_explicit: true,
                 time_step_s: Some(step),
+                cohesion: None,
             }
             .restitution()
         };

@@ -32,9 +32,9 @@ definitions! {
     BED_HEIGHT: "bed.height", "m", "height of the bed", "/state: twice the height of the discs' center of area over the floor, last frame", [], 0.0;
     BED_PACKING_FRACTION: "bed.packing_fraction", "1", "packing fraction of the bed", "/state: discs' area over box width times bed.height, last frame", [], 0.0;
     WEIGHT: "bed.weight", "N", "weight of the bed", "/state: sum of the weights of the discs, last frame", [], 0.0;
-    FLOOR_FORCE: "floor.force", "N", "force on the floor", "/state: sum of k_n times overlap with the floor, last frame", [law::WEIGHT], 0.0;
+    FLOOR_FORCE: "floor.force", "N", "force on the floor", "/state: sum of k_n times overlap with the floor, less cohesion, last frame", [law::WEIGHT], 0.0;
     FLOOR_STRESS: "floor.stress", "N/m", "stress on the floor", "/state: floor.force over the box's width", [law::WEIGHT_PER_WIDTH], 0.0;
-    SIDE_WALL_STRESS: "side_wall.stress", "N/m", "stress on the side walls", "/state: sum of k_n times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
+    SIDE_WALL_STRESS: "side_wall.stress", "N/m", "stress on the side walls", "/state: sum of k_n times overlap with both side walls, less cohesion, over twice bed.height, last frame", [], 0.0;
     STRESS_AT_FLOOR: "stress.vertical_at_floor", "N/m", "vertical stress at the floor", "/contact_forces and /state: S_yy = (sum of F_y l_y + sum of m u_y u_y)/A (Love 1927, Weber 1966; kinetic part Goldhirsch 2010) in the lowest layer, a mean diameter thick, with the branches l of the contacts as far as they lie in it; mean over the frames of the last tenth of the run; conditional error from 64 frames by the vertical momentum above at both ends of that time", [law::WEIGHT_ABOVE], 0.0;
     STRESS_AT_MID_HEIGHT: "stress.vertical_at_mid_height", "N/m", "vertical stress at half the weight", "the same in the lowest layer that has at most half of the weight above it", [law::WEIGHT_ABOVE], 0.0;
     LATERAL_STRESS_RATIO: "stress.lateral_ratio", "1", "ratio of horizontal to vertical stress", "the same: sum of S_xx over sum of S_yy of all layers", [], 0.0;

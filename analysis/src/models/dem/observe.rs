@@ -1,6 +1,7 @@
 //! Observer of DEM runs: energy balance, contacts, beds, stress, and the rebounds of a single disc.
 
 use super::bed_shape;
+use super::contact_constants;
 use super::disc::{Disc, discs};
 use super::elasticity::Elastic;
 use super::laws as law;
@@ -78,6 +79,9 @@ pub(super) struct DemRun {
 
 /// Discs have settled when their kinetic energy stays below this fraction of the mechanical energy at the start.
 const SETTLED_FRACTION: f64 = 1e-3;
+/// Why the force on the walls is missing.
+const MATERIALS_ARE_NOT_RECORDED: &str =
+    "stiffness or cohesion at the walls differ by material, which is not recorded";
 /// Maximum number of discs in a row whose velocities are plotted, so that their curves have different colors.
 const MOST_IN_ROW: usize = 8;
 
@@ -89,7 +93,8 @@ impl DemRun {
         let drop = is_alone && across == 0.0 && along < 0.0;
         let Extent { walls, radius, .. } = super::extent(&config);
         let weight = config.mass_kg.get() * -along;
-        let sag = Elastic::of(&config).overlap_m(weight, config.radius_m.mean());
+        let elastic = Elastic::of_walls(&config).unwrap_or_else(|| Elastic::of(&config, 1.0));
+        let sag = elastic.overlap_m(weight, config.radius_m.mean());
         let row = special_setups::row_of(&config).filter(|count| *count <= MOST_IN_ROW);
         Self {
             row_velocities: vec![Series::default(); row.unwrap_or(0)],
@@ -208,15 +213,13 @@ impl DemRun {
         let covered: f64 = discs.iter().map(area).sum();
         let raised: f64 = discs.iter().map(|disc| area(disc) * disc[1]).sum();
         let bed_height = 2.0 * raised / covered;
-        let elastic = Elastic::of(&self.config);
-        let forces = |gap: &dyn Fn(&[f64; 4]) -> f64| -> f64 {
-            let overlaps = discs.iter().map(|disc| (disc[2] - gap(disc), disc[2]));
-            let overlapping = overlaps.filter(|(overlap, _)| *overlap > 0.0);
-            overlapping.map(|(overlap, radius)| elastic.force_over_factor(overlap, radius)).sum()
+        let contacts = |distances: &dyn Fn(&[f64; 4]) -> f64| -> Vec<[f64; 2]> {
+            let overlaps = discs.iter().map(|disc| [disc[2] - distances(disc), disc[2]]);
+            overlaps.filter(|[overlap, _]| *overlap > 0.0).collect()
         };
-        let factor = elastic.factor();
-        let floor = factor * forces(&|disc| disc[1]);
-        let sides = factor * (forces(&|disc| disc[0]) + forces(&|disc| width - disc[0]));
+        let floor = self.wall_force_n(&[contacts(&|disc| disc[1])]);
+        let sides = [contacts(&|disc| disc[0]), contacts(&|disc| width - disc[0])];
+        let sides = self.wall_force_n(&sides);
         let of_discs = |value: f64| match self.has_given_discs() {
             true => Estimate::set_by_manifest(value),
             false => Estimate::bare(value),
@@ -232,10 +235,25 @@ impl DemRun {
         found.add(metric::BED_PACKING_FRACTION, covered / (width * bed_height));
         found.add(metric::WEIGHT, self.weight_n().map(of_discs));
         found.compare(metric::FLOOR_FORCE, floor, weight);
-        found.compare(metric::FLOOR_STRESS, floor / width, weight.map(|weight| weight / width));
+        let stress = floor.map(|floor| floor / width);
+        found.compare(metric::FLOOR_STRESS, stress, weight.map(|weight| weight / width));
         if self.config.periodic == PeriodicSides::None {
-            found.add(metric::SIDE_WALL_STRESS, sides / (2.0 * bed_height));
+            found.add(metric::SIDE_WALL_STRESS, sides.map(|sides| sides / (2.0 * bed_height)));
         }
+        if floor.is_none() {
+            found.explain(metric::FLOOR_FORCE, MATERIALS_ARE_NOT_RECORDED);
+        }
+    }
+
+    /// Force on walls by the overlaps and radii of the discs in contact with each, N; `None` if it depends on the materials.
+    fn wall_force_n(&self, walls: &[Vec<[f64; 2]>]) -> Option<f64> {
+        let elastic = Elastic::of_walls(&self.config)?;
+        let cohesion = contact_constants::with_walls(&self.config, |pair| Some(pair.cohesion_n))?;
+        let force = |&[overlap, radius]: &[f64; 2]| elastic.force_over_factor(overlap, radius);
+        let pushes = |contacts: &Vec<[f64; 2]>| contacts.iter().map(force).sum::<f64>();
+        let contacts: usize = walls.iter().map(Vec::len).sum();
+        let pushed: f64 = walls.iter().map(pushes).sum();
+        Some(elastic.factor() * pushed - contacts as f64 * cohesion)
     }
 
     /// Whether the manifest alone determines number, sizes and masses of the discs in the last frame.
@@ -333,7 +351,8 @@ impl DemRun {
         let down = -self.config.gravity_m_per_s2[1].get();
         // A disc that carries only itself has the elastic energy of its weight, or about half of it on two contacts. A quarter is
         // enough.
-        let elastic = Elastic::of(&self.config);
+        let ratio = contact_constants::max_stiffness(&self.config);
+        let elastic = Elastic::of(&self.config, ratio);
         let carried = discs.iter().map(|disc| elastic.energy_j(disc[3] * down, disc[2]));
         let least_elastic_j = carried.sum::<f64>() / 4.0;
         let raised: f64 = discs.iter().map(|[.., radius, mass]| mass * down * radius / 4.0).sum();
