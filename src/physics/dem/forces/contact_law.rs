@@ -27,6 +27,8 @@ pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     cohesion: R,
     /// Whether any surfaces attract each other.
     is_cohesive: bool,
+    /// Whether stiffness and cohesion are those of all contacts between discs.
+    pub(super) has_common_springs: bool,
 }
 
 /// The geometry and the velocity of contacts.
@@ -75,7 +77,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         let zero = instructions.splat(0.0);
         let friction =
             law.materials.only().map_or([0.0; 2], |one| [one.friction, one.rolling_friction]);
-        let cohesion = law.materials.common_cohesion().unwrap_or(0.0);
+        let cohesion = law.materials.common_cohesion();
         Self {
             zero,
             normal: normal.constants(zero),
@@ -90,8 +92,9 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
             time_step: instructions.splat(time_step),
             friction: friction.map(|coefficient| instructions.splat(coefficient)),
             stiffness_ratio: instructions.splat(1.0),
-            cohesion: instructions.splat(cohesion),
+            cohesion: instructions.splat(cohesion.unwrap_or(0.0)),
             is_cohesive: law.is_cohesive(),
+            has_common_springs: cohesion.is_some(),
         }
     }
 

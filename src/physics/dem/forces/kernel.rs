@@ -215,12 +215,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             contact.overlap = contact.overlap.or_zero(mask);
             contact.separating_speed = contact.separating_speed.or_zero(mask);
             if L::HAS_CIRCLE {
-                let radius = if FRICTION {
-                    instructions.load(&springs.reduced_radius[group])
-                } else {
-                    // SAFETY: the caller checked the indices.
-                    unsafe { reduced_radii(*instructions, context.discs.radii, ends) }
-                };
+                let known = springs.reduced_radius.get(group);
+                // SAFETY: the caller checked the indices.
+                let radius = unsafe { reduced_radii(*instructions, known, context, ends) };
                 contact = contact.with_circle::<L>(radius);
                 if FRICTION && L::HAS_MINDLIN_SPRINGS {
                     let before = motion::overlap_before(separation, velocity, law.time_step, reach);
@@ -279,11 +276,13 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         let kinematics = &contact.kinematics;
         let ends = [&groups.first[group], &groups.second[group]];
         let damping = self.instructions.load(&groups.damping[group]);
-        let law = if MIXED {
-            self.law.of_pairs(constants_of_pairs(self.instructions, self.context, ends))
-        } else {
-            self.law
-        };
+        let (instructions, context) = (self.instructions, self.context);
+        let mut law = self.law;
+        if MIXED && law.has_common_springs {
+            law.friction = constants_of_pairs(instructions, context, ends);
+        } else if MIXED {
+            law = law.of_pairs(constants_of_pairs(instructions, context, ends));
+        }
         let pressing = law.normal_force::<MIXED>(kinematics, damping);
         let normal = law.with_cohesion(&pressing, kinematics.overlap);
         let on_first = if FRICTION {
@@ -407,16 +406,21 @@ fn skips_idle_groups<const FRICTION: bool, const N: usize>() -> bool {
     FRICTION || N == 1
 }
 
-/// Reduced radii of pairs, m.
+/// Reduced radii of pairs, m, which are not found again if they are known.
 ///
 /// # Safety
 /// - Every index is less than the number of radii.
 #[inline(always)]
 unsafe fn reduced_radii<const N: usize, I: InstructionSet<N>>(
     instructions: I,
-    radii: &[f64],
+    known: Option<&[f64; N]>,
+    context: &PairContext<'_>,
     [first, second]: [&[u16; N]; 2],
 ) -> I::Register {
+    if let Some(known) = known {
+        return instructions.load(known);
+    }
+    let radii = context.discs.radii;
     let mut columns = [[0.0; N]; 2];
     for lane in 0..N {
         // SAFETY: the caller checked the indices.
@@ -427,14 +431,14 @@ unsafe fn reduced_radii<const N: usize, I: InstructionSet<N>>(
     motion::reduced_radius(instructions.load(&columns[0]), instructions.load(&columns[1]))
 }
 
-/// The constants of pairs of discs of several materials; see [`LawRegisters::of_pairs`].
+/// The first constants of [`LawRegisters::of_pairs`], of pairs of discs of several materials.
 #[inline(always)]
-fn constants_of_pairs<const N: usize, I: InstructionSet<N>>(
+fn constants_of_pairs<const N: usize, const COUNT: usize, I: InstructionSet<N>>(
     instructions: I,
     context: &PairContext<'_>,
     [first, second]: [&[u16; N]; 2],
-) -> [I::Register; 4] {
-    let mut columns = [[0.0; N]; 4];
+) -> [I::Register; COUNT] {
+    let mut columns = [[0.0; N]; COUNT];
     for lane in 0..N {
         let [one, other] =
             [first[lane], second[lane]].map(|disc| context.discs.materials[usize::from(disc)]);
@@ -443,11 +447,9 @@ fn constants_of_pairs<const N: usize, I: InstructionSet<N>>(
             column[lane] = constant;
         }
     }
-    let [friction, rolling_friction, stiffness_ratio, cohesion] = &columns;
-    [
-        instructions.load(friction),
-        instructions.load(rolling_friction),
-        instructions.load(stiffness_ratio),
-        instructions.load(cohesion),
-    ]
+    let mut constants = [instructions.splat(0.0); COUNT];
+    for (constant, column) in constants.iter_mut().zip(&columns) {
+        *constant = instructions.load(column);
+    }
+    constants
 }
