@@ -215,9 +215,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             contact.overlap = contact.overlap.or_zero(mask);
             contact.separating_speed = contact.separating_speed.or_zero(mask);
             if L::HAS_CIRCLE {
-                let known = springs.reduced_radius.get(group);
                 // SAFETY: the caller checked the indices.
-                let radius = unsafe { reduced_radii(*instructions, known, context, ends) };
+                let radius =
+                    unsafe { reduced_radii(*instructions, (springs, group), context, ends) };
                 contact = contact.with_circle::<L>(radius);
                 if FRICTION && L::HAS_MINDLIN_SPRINGS {
                     let before = motion::overlap_before(separation, velocity, law.time_step, reach);
@@ -413,11 +413,11 @@ fn skips_idle_groups<const FRICTION: bool, const N: usize>() -> bool {
 #[inline(always)]
 unsafe fn reduced_radii<const N: usize, I: InstructionSet<N>>(
     instructions: I,
-    known: Option<&[f64; N]>,
+    (springs, group): (&Springs<'_, N>, usize),
     context: &PairContext<'_>,
     [first, second]: [&[u16; N]; 2],
 ) -> I::Register {
-    if let Some(known) = known {
+    if let Some(known) = springs.reduced_radius.get(group) {
         return instructions.load(known);
     }
     let radii = context.discs.radii;
