@@ -7,7 +7,7 @@
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - end: `rest`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `obstacles`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
-//!   `scan_lanes`, and `falling_contact`; `cells`; `event_queue`; `inelastic_collapse`;
+//!   `scan_lanes`, and `falling_contact`; `cells`, `near_obstacles`; `event_queue`; `inelastic_collapse`;
 //! - measurement: `observables`, `velocity_moments`, and in gravity `falling`.
 //!
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
@@ -32,6 +32,7 @@ mod growth;
 mod inelastic_collapse;
 mod lattice;
 mod motion;
+mod near_obstacles;
 mod observables;
 mod obstacles;
 mod random_start;

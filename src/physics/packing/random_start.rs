@@ -1,7 +1,7 @@
 //! Random radii, positions and velocities.
 
 use super::motion::{self, Vector};
-use super::obstacles::NearObstacles;
+use super::near_obstacles::NearObstacles;
 use crate::model::{Proceed, SetupError};
 use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Generator, Seed, Stream};

@@ -6,7 +6,7 @@ use super::disc::LARGE_SYSTEM;
 use super::domain::Domain;
 use super::lattice::{hexagonal_lattice, max_in_hexagonal_lattice, periodic_hexagonal_lattice};
 use super::motion::{self, Vector};
-use super::obstacles::NearObstacles;
+use super::near_obstacles::NearObstacles;
 use super::random_start::{
     check_random_placement, is_equal, packing_fraction, random_positions, random_radii,
     random_velocities, rectangle, removes_mean_velocity, velocity_std,

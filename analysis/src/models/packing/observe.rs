@@ -197,10 +197,8 @@ impl PackingRun {
             equilibrium::periodic_equilibrium(&self.config, sizes)?
         };
         let uniform = if self.is_elastic() { None } else { self.flow.violation() };
-        Some(Equilibrium {
-            violation: self.outside_fluid().or(uniform).or(found.violation),
-            ..found
-        })
+        let violation = self.outside_fluid().or(uniform).or(found.violation);
+        Some(Equilibrium { violation, ..found })
     }
 
     /// Selects the law for equal discs or that for several sizes.

@@ -2,6 +2,7 @@
 
 mod floor;
 mod gravity_rules;
+mod obstacle_rules;
 mod obstacles;
 
 pub use floor::Shaking;

@@ -10,7 +10,7 @@ use crate::packing::events::{EventKind, NEVER};
 use crate::packing::growth::Growth;
 use crate::packing::inelastic_collapse::CollapseDetector;
 use crate::packing::motion::{self, Vector};
-use crate::packing::obstacles::NearObstacles;
+use crate::packing::near_obstacles::NearObstacles;
 use crate::random::Generator;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
