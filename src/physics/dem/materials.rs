@@ -213,18 +213,18 @@ impl Materials {
         &self.pairs
     }
 
-    /// The constants of contacts between discs, if all discs are of one material and as stiff as the manifest states.
+    /// The constants of contacts between discs, if all discs are of one material with plain springs.
     pub(super) fn only(&self) -> Option<&ContactConstants> {
-        let is_only = self.fractions.len() < 2 && self.common_cohesion().is_some();
+        let is_only = self.fractions.len() < 2 && self.have_plain_springs();
         self.pairs.first().filter(|_| is_only)
     }
 
-    /// Cohesion of all contacts between discs, N, if it is one and the stiffness is the manifest's.
-    pub(super) fn common_cohesion(&self) -> Option<f64> {
-        let (discs, cohesion) = (self.of_discs(), self.pairs.first()?.cohesion);
+    /// Whether all contacts between discs are as stiff as the manifest states, and no discs attract each other.
+    pub(super) fn have_plain_springs(&self) -> bool {
+        let discs = self.of_discs();
         let of_discs = self.pairs.chunks(self.count).take(discs).flat_map(|row| &row[..discs]);
         let mut pairs = of_discs.map(|pair| (pair.stiffness_ratio, pair.cohesion));
-        pairs.all(|pair| pair == (1.0, cohesion)).then_some(cohesion)
+        pairs.all(|pair| pair == (1.0, 0.0))
     }
 
     /// Smallest and largest stiffness of a contact over that of the manifest.
@@ -404,16 +404,11 @@ impl ContactLaw {
         if self.only_pushes { 0.0 } else { f64::NEG_INFINITY }
     }
 
-    /// Whether contacts have tangential or rolling springs, or normal forces that depend on the materials: only the loops with
-    /// friction read constants by material.
+    /// Whether contacts have tangential or rolling springs, or normal forces by material or with cohesion: only the loops with friction
+    /// read constants by material.
     pub(super) fn has_friction(&self) -> bool {
         self.materials.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
-            || self.materials.common_cohesion().is_none()
-    }
-
-    /// Whether surfaces in contact attract each other.
-    pub(super) fn is_cohesive(&self) -> bool {
-        self.materials.pairs.iter().any(|pair| pair.cohesion > 0.0)
+            || !self.materials.have_plain_springs()
     }
 
     /// Whether contacts have rolling springs.

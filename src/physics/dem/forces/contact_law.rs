@@ -23,12 +23,10 @@ pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     pub(super) friction: [R; 2],
     /// Stiffness over that of the manifest.
     stiffness_ratio: R,
-    /// F_c, of all discs if they are of one material.
+    /// F_c.
     cohesion: R,
-    /// Whether any surfaces attract each other.
-    is_cohesive: bool,
-    /// Whether stiffness and cohesion are those of all contacts between discs.
-    pub(super) has_common_springs: bool,
+    /// Whether discs of several materials differ only in their friction and dashpots.
+    pub(super) has_plain_springs: bool,
 }
 
 /// The geometry and the velocity of contacts.
@@ -77,7 +75,6 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         let zero = instructions.splat(0.0);
         let friction =
             law.materials.only().map_or([0.0; 2], |one| [one.friction, one.rolling_friction]);
-        let cohesion = law.materials.common_cohesion();
         Self {
             zero,
             normal: normal.constants(zero),
@@ -92,9 +89,8 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
             time_step: instructions.splat(time_step),
             friction: friction.map(|coefficient| instructions.splat(coefficient)),
             stiffness_ratio: instructions.splat(1.0),
-            cohesion: instructions.splat(cohesion.unwrap_or(0.0)),
-            is_cohesive: law.is_cohesive(),
-            has_common_springs: cohesion.is_some(),
+            cohesion: zero,
+            has_plain_springs: law.materials.have_plain_springs(),
         }
     }
 
@@ -128,9 +124,6 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
     /// The normal force with the attraction F_c of surfaces that overlap; it dissipates nothing.
     #[inline(always)]
     pub(super) fn with_cohesion(&self, normal: &NormalForce<R>, overlap: R) -> NormalForce<R> {
-        if !self.is_cohesive {
-            return *normal;
-        }
         let attraction = self.cohesion.or_zero(self.zero.is_less(overlap));
         NormalForce { force: normal.force - attraction, loss: normal.loss }
     }

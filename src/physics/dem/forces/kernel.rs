@@ -216,8 +216,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             contact.separating_speed = contact.separating_speed.or_zero(mask);
             if L::HAS_CIRCLE {
                 // SAFETY: the caller checked the indices.
-                let radius =
-                    unsafe { reduced_radii(*instructions, (springs, group), context, ends) };
+                let radius = unsafe { reduced_radii(*instructions, springs, group, context, ends) };
                 contact = contact.with_circle::<L>(radius);
                 if FRICTION && L::HAS_MINDLIN_SPRINGS {
                     let before = motion::overlap_before(separation, velocity, law.time_step, reach);
@@ -278,13 +277,14 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         let damping = self.instructions.load(&groups.damping[group]);
         let (instructions, context) = (self.instructions, self.context);
         let mut law = self.law;
-        if MIXED && law.has_common_springs {
+        if MIXED && law.has_plain_springs {
             law.friction = constants_of_pairs(instructions, context, ends);
         } else if MIXED {
             law = law.of_pairs(constants_of_pairs(instructions, context, ends));
         }
         let pressing = law.normal_force::<MIXED>(kinematics, damping);
-        let normal = law.with_cohesion(&pressing, kinematics.overlap);
+        let normal =
+            if MIXED { law.with_cohesion(&pressing, kinematics.overlap) } else { pressing };
         let on_first = if FRICTION {
             let forces = [&pressing, &normal];
             // SAFETY: the caller checked the indices.
@@ -413,7 +413,8 @@ fn skips_idle_groups<const FRICTION: bool, const N: usize>() -> bool {
 #[inline(always)]
 unsafe fn reduced_radii<const N: usize, I: InstructionSet<N>>(
     instructions: I,
-    (springs, group): (&Springs<'_, N>, usize),
+    springs: &Springs<'_, N>,
+    group: usize,
     context: &PairContext<'_>,
     [first, second]: [&[u16; N]; 2],
 ) -> I::Register {
