@@ -214,7 +214,8 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
         ..bed.clone()
     };
     let small = DemConfig { discs: count(300), width_m: positive(0.04), ..frictional.clone() };
-    vec![
+    let mut scenes = scenes_of_materials(&bed, &small);
+    scenes.extend([
         ("bed", bed.clone()),
         ("frictional bed", frictional.clone()),
         ("bed of spheres", of_spheres(bed.clone())),
@@ -259,14 +260,21 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
                 ..small.clone()
             },
         ),
+    ]);
+    scenes
+}
+
+/// Scenes of several materials, and of cohesion.
+fn scenes_of_materials(bed: &DemConfig, small: &DemConfig) -> Vec<(&'static str, DemConfig)> {
+    vec![
         ("insertion onto two materials behind a gate", insertion_scene(small.clone())),
-        ("cohesive bed", DemConfig { cohesion_n: non_negative(5.0), ..bed }),
+        ("cohesive bed", DemConfig { cohesion_n: non_negative(5.0), ..bed.clone() }),
         ("cohesive materials of unequal stiffness", of_two_stiffnesses(small.clone())),
         (
             "spheres of unequal stiffness with Mindlin's springs",
             with_mindlin_springs(of_spheres(of_two_stiffnesses(small.clone()))),
         ),
-        ("frictionless spheres of unequal stiffness", without_friction(of_spheres(small))),
+        ("frictionless spheres of unequal stiffness", without_friction(of_spheres(small.clone()))),
     ]
 }
 
