@@ -13,7 +13,7 @@ use crate::scene::{
     discs, energy, frame, given, gravity, non_negative, per_contact, positive, prepared,
     restitution, run_to, run_to_time,
 };
-use kinetoscope_manifest::model::{DemConfig, DemContactPair, DemDashpot, Elasticity};
+use kinetoscope_manifest::model::{DemConfig, DemContactPair, Elasticity};
 use kinetoscope_physics::dem::restitution::damping_ratio;
 
 const STIFFNESS: f64 = 5e4;
@@ -41,14 +41,12 @@ fn overlap_at_rest(config: DemConfig) -> f64 {
 fn pair_at_rest_overlaps_by_cohesion_over_stiffness() {
     const FORCE: f64 = 0.5;
     for tail in [false, true] {
-        for dashpot in [DemDashpot::Explicit, DemDashpot::Implicit] {
-            let config = |force| DemConfig { limit_damping: tail, dashpot, ..cohesive(force) };
-            let found = overlap_at_rest(config(FORCE)) / (FORCE / STIFFNESS) - 1.0;
-            let other = overlap_at_rest(config(FORCE * (1.0 + 1e-6))) / (FORCE / STIFFNESS) - 1.0;
-            println!("{tail} {dashpot:?}: deviation {found:.1e}, control {other:.1e}");
-            assert!(found.abs() < 1e-9, "{found:e}");
-            assert!(other.abs() > 1e-9, "control");
-        }
+        let config = |force| DemConfig { limit_damping: tail, ..cohesive(force) };
+        let found = overlap_at_rest(config(FORCE)) / (FORCE / STIFFNESS) - 1.0;
+        let other = overlap_at_rest(config(FORCE * (1.0 + 1e-6))) / (FORCE / STIFFNESS) - 1.0;
+        println!("{tail}: deviation {found:.1e}, control {other:.1e}");
+        assert!(found.abs() < 1e-9, "{found:e}");
+        assert!(other.abs() > 1e-9, "control");
     }
     let spheres =
         |force| DemConfig { elasticity: Elasticity::Hertz(positive(1e9)), ..cohesive(force) };
@@ -175,6 +173,36 @@ fn rebound_has_the_speed_of_the_damped_oscillator() {
             }
         }
     }
+}
+
+/// Root of the mean square error of rebounds without loss, over the speed, at 20 phases of the step in which the contact begins.
+fn error_of_rebounds(steps: f64) -> f64 {
+    const SPEED: f64 = 0.05;
+    let contact_time = std::f64::consts::PI * libm::sqrt(MASS / STIFFNESS);
+    let square = |phase: u32| {
+        let way = SPEED * contact_time / steps * f64::from(phase) / 20.0;
+        let config = DemConfig {
+            gravity_m_per_s2: gravity(0.0, 0.0),
+            dissipation: restitution(1.0),
+            time_step: per_contact(steps),
+            ..cohesive(0.2)
+        };
+        let mut model = prepared(&given(config, &[([0.02, RADIUS + way], [0.0, -SPEED])]));
+        run_to(&mut model, 4 * steps as u64);
+        let error = discs(&model)[0].velocity[1] / SPEED - 1.0;
+        error * error
+    };
+    libm::sqrt((1..=20).map(square).sum::<f64>() / 20.0)
+}
+
+/// Control: the whole attraction in each step with an overlap has errors of 0.023, 0.020 and 0.011, by a plain program.
+#[test]
+fn error_of_rebounds_vanishes_with_the_time_step() {
+    let [coarse, medium, fine] = [20.0, 40.0, 80.0].map(error_of_rebounds);
+    println!("{coarse:.2e}, {medium:.2e}, {fine:.2e}");
+    assert!(coarse < 0.02, "{coarse:e}");
+    assert!(medium < 0.009, "{medium:e}");
+    assert!(fine < 0.005, "{fine:e}");
 }
 
 #[test]

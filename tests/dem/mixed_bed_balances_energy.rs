@@ -231,7 +231,9 @@ impl Reference {
             self.springs.insert(ends, [stretch, rolled]);
             self.add_held(sum, ends, [arm * held, other_arm * held]);
         }
-        let normal = pressing - pair.cohesion;
+        // In the first and the last step of a contact, for the part of the step in which the discs overlap.
+        let part = 0.5 + contact.overlap / (speed.abs() * self.time_step);
+        let normal = pressing - pair.cohesion * if part < 1.5 { part } else { 1.0 };
         let force = [normal * nx - tangent * ny, normal * ny + tangent * nx];
         for (end, sign) in [(0, 1.0), (1, -1.0)] {
             if let Some(on_disc) = sum.forces.get_mut(ends[end]) {

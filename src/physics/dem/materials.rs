@@ -330,17 +330,16 @@ impl ContactLaw {
         constants.damping(self.normal, discs.effective_mass(disc, partner))
     }
 
-    /// The conservative part f_e - F_c of the normal force of a disc and its partner, and the least normal force, N; by the overlap, m.
-    pub(super) fn conservative_force(
+    /// Elastic force of a disc and its partner, N, by the overlap, m.
+    pub(super) fn elastic_force(
         &self,
         discs: &Discs,
         (disc, partner): (u32, Partner),
         overlap: f64,
-    ) -> [f64; 2] {
+    ) -> f64 {
         let constants = self.constants(discs, disc as usize, partner);
         let radius = discs.reduced_radius(disc as usize, partner);
-        let elastic = constants.stiffness_ratio * self.normal.elastic_force(overlap, radius);
-        [elastic, self.least_force()].map(|force| force - constants.cohesion)
+        constants.stiffness_ratio * self.normal.elastic_force(overlap, radius)
     }
 
     /// Potential energy U_e - F_c delta of a disc and its partner, J, by the overlap, m.

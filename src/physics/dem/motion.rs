@@ -100,6 +100,19 @@ pub(crate) fn normal_force<R: Register>(
     NormalForce { force, loss: elastic - force }
 }
 
+/// The attraction F_c of two surfaces with the overlap delta, N; 0 if they are apart.
+///
+/// It begins and ends at delta = 0, within a step. A contact that is no deeper than the distance `travel`, |v_n| dt in m, that it moves per
+/// step is in its first or in its last step, and F_c acts for 1/2 + delta/(|v_n| dt) of that step: these parts and the other steps add up
+/// to the time of the contact. At its end, v_n is that of the step before; the error of the energy is of first order in its change.
+#[inline(always)]
+pub(crate) fn attraction<R: Register>(cohesion: R, overlap: R, travel: R) -> R {
+    let (zero, travel) = (overlap.splat(0.0), travel.abs());
+    let part = overlap.splat(0.5) + overlap / travel;
+    let part = overlap.splat(1.0).or_else(travel.is_at_most(overlap), part);
+    (cohesion * part).or_zero(zero.is_less(overlap))
+}
+
 /// Equation (1) with the dashpot at the velocity of the step's end: f = (f_e - eta v_n) / (1 + c), but not less than f_min.
 ///
 /// `separating_speed` is the v_n in m/s that the contact would have at the step's end without its own force, `damping_step` is

@@ -12,8 +12,7 @@ use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
 
 /// What to do if random placement finds no room.
-const OTHER_PLACEMENTS: &str =
-    "use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius";
+const OTHER_PLACEMENTS: &str = "use fewer discs or a smaller radius, or, without obstacles, placement = \"lattice\" or \"compressed\"";
 
 /// The box as a rectangle.
 pub(super) fn rectangle(config: &PackingConfig) -> Rectangle {

@@ -297,7 +297,7 @@ impl DemRun {
     fn resting_weight_n(&self) -> Option<f64> {
         // At rest, the kinetic energy is far below the elastic energy.
         let (_, last) = self.energies.last()?;
-        let rests = last.kinetic_j < SETTLED_FRACTION * last.elastic_j
+        let rests = last.kinetic_j < SETTLED_FRACTION * last.elastic_j.abs()
             && self.config.gravity_m_per_s2[0].get() == 0.0
             && law::are_walls_frictionless(&self.config);
         self.weight_n().filter(|_| rests)
@@ -356,7 +356,8 @@ impl DemRun {
         let carried = discs.iter().map(|disc| elastic.energy_j(disc[3] * down, disc[2]));
         let least_elastic_j = carried.sum::<f64>() / 4.0;
         let raised: f64 = discs.iter().map(|[.., radius, mass]| mass * down * radius / 4.0).sum();
-        let rests = |last: &DemEnergy| last.kinetic_j < raised && last.elastic_j > least_elastic_j;
+        let rests =
+            |last: &DemEnergy| last.kinetic_j < raised && last.elastic_j.abs() > least_elastic_j;
         // Without energies, a run of several frames counts as settled.
         let is_settled = self.energies.last().map_or(self.frames > 1, |(_, last)| rests(last));
         let touches = |contacts: &DemContactStatistics| contacts.coordination_number >= 1.0;

@@ -88,7 +88,8 @@ impl PackingRun {
         let weights =
             if config.restitution.get() == 1.0 { A2Weights::Durations } else { A2Weights::Events };
         let settled_after = SETTLING_EVENTS_PER_DISC * f64::from(config.discs.get());
-        let tangent = Tangent::new(config.obstacles.as_ref().map(|of| of.radius.get()));
+        let obstacle = config.obstacles.as_ref().map(|of| of.radius.get());
+        let tangent = Tangent::new(obstacle, !periodic);
         let mut run = Self {
             config,
             snapshots: snapshots.with_style(StateStyle { walls, radius }),

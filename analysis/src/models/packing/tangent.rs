@@ -31,6 +31,7 @@ pub(super) struct Tangent {
     discs: Vec<Disc>,
     /// Radius of obstacles, if there are any.
     obstacle: Option<f64>,
+    has_walls: bool,
     time: f64,
     pub(super) growth: Growth,
     /// The same over the collisions per disc in place of the time.
@@ -45,9 +46,9 @@ pub(super) struct Tangent {
 }
 
 impl Tangent {
-    /// Without frames, for discs among obstacles of this radius.
-    pub(super) fn new(obstacle: Option<f64>) -> Self {
-        Self { obstacle, ..Self::default() }
+    /// Without frames, for discs among obstacles of this radius, and between walls.
+    pub(super) fn new(obstacle: Option<f64>, has_walls: bool) -> Self {
+        Self { obstacle, has_walls, ..Self::default() }
     }
 
     /// Adds a frame with the collisions since the one before; `is_settled` if growth counts from here.
@@ -101,8 +102,9 @@ impl Tangent {
         if ids[0] == ids[1] {
             let Some(disc) = self.discs.get_mut(ids[0]) else { return };
             disc.fly_to(events.time[event]);
-            // The normal of a wall is along an axis, that of an obstacle only by an unlikely chance.
-            match self.obstacle.filter(|_| normal[0] != 0.0 && normal[1] != 0.0) {
+            // The normal of a wall is along an axis, that of an obstacle only by a choice of the start.
+            let is_wall = self.has_walls && (normal[0] == 0.0 || normal[1] == 0.0);
+            match self.obstacle.filter(|_| !is_wall) {
                 Some(radius) => {
                     let mut obstacle = Disc { radius, ..Disc::default() };
                     Disc::collide(disc, &mut obstacle, impulse, normal);

@@ -51,9 +51,9 @@ impl DemConfig {
         let is_implicit = self.dashpot == DemDashpot::Implicit;
         let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         rules! { table;
-            is_implicit && (moves || self.has_friction()) =>
-                ["dashpot", "friction", "rolling_friction", "materials", "contact_pairs", "walls"]
-                "the implicit dashpot supports neither friction nor moving walls",
+            is_implicit && (moves || self.has_friction() || self.max_cohesion_n() > 0.0) =>
+                ["dashpot", "friction", "rolling_friction", "cohesion_n", "materials", "contact_pairs", "walls"]
+                "the implicit dashpot supports neither friction nor cohesion nor moving walls",
                 "set dashpot to \"explicit\"";
         }
     }

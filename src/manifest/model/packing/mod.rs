@@ -244,7 +244,9 @@ impl Model for PackingConfig {
         let fewer =
             if most > 0 { format!("at most {most} discs of this radius, ") } else { String::new() };
         let smaller = rounded_down(radius * (RANDOM_PLACEMENT_LIMIT / fraction).sqrt());
-        let others = if fraction < DENSEST {
+        let others = if self.obstacles.is_some() {
+            ""
+        } else if fraction < DENSEST {
             ", or placement = \"lattice\" or \"compressed\""
         } else {
             "; no start has a packing fraction above 0.907"

@@ -20,6 +20,10 @@ impl PackingConfig {
         let is_outside = |center: &&[f64; 2]| center[0].abs() > x || center[1].abs() > y;
         let outside = centers.iter().find(is_outside).copied().unwrap_or_default();
         let share = count as f64 * PI * radius * radius / (4.0 * x * y);
+        let room = 2.0 * self.largest_radius();
+        let floor = self.shaking.map_or(-y, |floor| floor.stroke.get() - y);
+        let is_low = self.shaking.is_some()
+            && centers.iter().any(|center| center[1] - radius < floor + room);
         let avoids =
             !matches!(self.placement, PackingPlacement::Lattice | PackingPlacement::Compressed);
         rules! { table;
@@ -31,6 +35,9 @@ impl PackingConfig {
                 "the obstacle at {outside:?} is outside of the box", "must have |x| <= {x:?} and |y| <= {y:?}";
             share > 1.0 => ["obstacles", "width", "height"]
                 "the area of all obstacles is {share:.3} times that of the box", "must be at most 1: use fewer or smaller obstacles";
+            is_low => ["obstacles", "floor_stroke"]
+                "the shaken floor would press discs against an obstacle: it rises to y = {floor:?}, and the largest disc needs {room:?} above it",
+                "raise the obstacles, or use a smaller `floor_stroke`";
             count > 0 && !avoids => ["obstacles", "placement"]
                 "discs on a lattice and compressed discs do not avoid obstacles", "set placement to \"random\" or to positions and velocities";
         }

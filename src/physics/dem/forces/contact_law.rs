@@ -121,10 +121,15 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         motion::normal_force(elastic, damping, separating_speed, self.least_force)
     }
 
-    /// The normal force with the attraction F_c of surfaces that overlap; it dissipates nothing.
+    /// The normal force with the attraction of surfaces that overlap; it dissipates nothing.
     #[inline(always)]
-    pub(super) fn with_cohesion(&self, normal: &NormalForce<R>, overlap: R) -> NormalForce<R> {
-        let attraction = self.cohesion.or_zero(self.zero.is_less(overlap));
+    pub(super) fn with_cohesion(
+        &self,
+        normal: &NormalForce<R>,
+        contact: &ContactKinematics<R>,
+    ) -> NormalForce<R> {
+        let travel = contact.separating_speed * self.time_step;
+        let attraction = motion::attraction(self.cohesion, contact.overlap, travel);
         NormalForce { force: normal.force - attraction, loss: normal.loss }
     }
 

@@ -7,7 +7,7 @@
 //! forces clamped at zero; Cottle, Pang and Stone, The Linear Complementarity Problem, 1992, chapter 5).
 //!
 //! One sweep is not enough: a spring under load would be softened by the factor 1 + c, and a bed would sink into itself.
-//! Friction and moving walls are not supported.
+//! Friction, cohesion and moving walls are not supported.
 
 use crate::dem::block::{BLOCK, Partner};
 use crate::dem::discs::Discs;
@@ -36,7 +36,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
     let mut fastest = (gravity[0].abs() + gravity[1].abs()) * time_step;
     for contact in contacts.iter_mut() {
-        [contact.normal_force, _] = conservative_force(contact, discs, law);
+        contact.normal_force = elastic_force(contact, discs, law);
         end.apply(contact, contact.normal_force);
     }
     for (contact, separating_speed) in contacts.iter().zip(begin) {
@@ -54,10 +54,15 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
             let damping = law.normal.damping(of_pair, [contact.overlap, circle]);
             // The speed that the contact would have without its own force.
             let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
-            let [elastic, least_force] = conservative_force(contact, discs, law);
+            let elastic = elastic_force(contact, discs, law);
             let damping_step = damping * time_step / effective_mass;
-            let force =
-                motion::implicit_normal_force(elastic, damping, free, damping_step, least_force);
+            let force = motion::implicit_normal_force(
+                elastic,
+                damping,
+                free,
+                damping_step,
+                law.least_force(),
+            );
             let change = force - contact.normal_force;
             end.apply(contact, change);
             contact.normal_force = force;
@@ -72,9 +77,8 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
     }
 }
 
-/// The elastic force less cohesion, and the least force, N.
-fn conservative_force(contact: &Contact, discs: &Discs, law: &ContactLaw) -> [f64; 2] {
-    law.conservative_force(discs, (contact.disc, contact.partner), contact.overlap)
+fn elastic_force(contact: &Contact, discs: &Discs, law: &ContactLaw) -> f64 {
+    law.elastic_force(discs, (contact.disc, contact.partner), contact.overlap)
 }
 
 /// Sets the normal of two discs by division. Two centers on one point have no normal; any will do, because such an overlap ends the
@@ -103,7 +107,7 @@ pub(crate) fn forces_of(
         })
         .collect();
     for contact in contacts {
-        let [elastic, _] = conservative_force(contact, discs, &step.parameters.law);
+        let elastic = elastic_force(contact, discs, &step.parameters.law);
         let loss = elastic - contact.normal_force;
         let ([fx, fy], [nx, ny]) = (contact.force, contact.normal);
         let on_disc = [fx, fy, loss * nx, loss * ny];

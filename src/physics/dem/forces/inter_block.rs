@@ -142,7 +142,7 @@ impl InterBlockForces {
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
         let damping = block.inter_block.damping[pair];
         let pressing = law.normal_force::<true>(&contact, damping);
-        let normal = law.with_cohesion(&pressing, contact.overlap);
+        let normal = law.with_cohesion(&pressing, &contact);
         let force = if FRICTION {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
             let arms = radii.map(|radius| motion::lever_arm(radius, contact.overlap));

@@ -283,8 +283,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             law = law.of_pairs(constants_of_pairs(instructions, context, ends));
         }
         let pressing = law.normal_force::<MIXED>(kinematics, damping);
-        let normal =
-            if MIXED { law.with_cohesion(&pressing, kinematics.overlap) } else { pressing };
+        let normal = if MIXED { law.with_cohesion(&pressing, kinematics) } else { pressing };
         let on_first = if FRICTION {
             let forces = [&pressing, &normal];
             // SAFETY: the caller checked the indices.

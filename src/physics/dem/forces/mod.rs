@@ -141,7 +141,7 @@ impl ForceFinder {
             let overlap = contact.overlap;
             sums.max_overlap.note(overlap, disc, radius, partner, radius);
             let pressing = law.normal_force::<true>(&contact, pair.damping);
-            let normal_force = law.with_cohesion(&pressing, overlap);
+            let normal_force = law.with_cohesion(&pressing, &contact);
             let mut on_disc = contact.along_normal(&normal_force);
             if has_friction {
                 let spin = discs.spins[disc];
