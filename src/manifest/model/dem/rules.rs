@@ -53,7 +53,7 @@ impl DemConfig {
         rules! { table;
             is_implicit && (moves || self.has_friction() || self.max_cohesion_n() > 0.0) =>
                 ["dashpot", "friction", "rolling_friction", "cohesion_n", "materials", "contact_pairs", "walls"]
-                "the implicit dashpot supports neither friction nor cohesion nor moving walls",
+                "the implicit dashpot supports neither friction nor moving walls nor cohesion",
                 "set dashpot to \"explicit\"";
         }
     }
