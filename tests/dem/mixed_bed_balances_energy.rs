@@ -120,6 +120,8 @@ struct Geometry {
     /// From the partner to the disc.
     normal: [f64; 2],
     overlap: f64,
+    /// The overlap at the step before.
+    before: f64,
     mass: f64,
     reduced_radius: f64,
     /// Distances from both centers to the contact point; the second is 0 of a wall.
@@ -139,6 +141,19 @@ struct Step {
     normal_j: f64,
     tangential_j: f64,
     contacts: u64,
+}
+
+impl Step {
+    /// Adds a force on a disc and its partner, and the torques on both.
+    fn apply(&mut self, ends: [usize; 2], force: [f64; 2], torques: [f64; 2]) {
+        for (end, sign) in [(0, 1.0), (1, -1.0)] {
+            if let Some(on_disc) = self.forces.get_mut(ends[end]) {
+                on_disc[0] += sign * force[0];
+                on_disc[1] += sign * force[1];
+                on_disc[2] += torques[end];
+            }
+        }
+    }
 }
 
 /// The independent calculation: springs by the two discs, or a disc and a wall, and the spins half a step behind.
@@ -191,12 +206,17 @@ impl Reference {
         let springs = self.springs.remove(&ends).unwrap_or([0.0; 2]);
         let tangential = 2.0 / 7.0 * pair.stiffness * STIFFNESS;
         let stored = |stretch: f64| 0.5 * tangential * stretch * stretch;
+        let [nx, ny] = contact.normal;
         if contact.overlap <= 0.0 {
             sum.friction_j += stored(springs[0]);
             sum.rolling_j += stored(springs[1]);
+            if contact.before > 0.0 {
+                let part = contact.before / (contact.before - contact.overlap) - 0.5;
+                let attraction = pair.cohesion * part;
+                sum.apply(ends, [-attraction * nx, -attraction * ny], [0.0; 2]);
+            }
             return;
         }
-        let [nx, ny] = contact.normal;
         let along = |[x, y]: [f64; 2]| [x * nx + y * ny, y * nx - x * ny];
         let [[speed, slip], [mid_speed, mid_slip]] = contact.velocities.map(along);
         let [elastic, damping, potential] = self.normal(pair, contact);
@@ -231,17 +251,11 @@ impl Reference {
             self.springs.insert(ends, [stretch, rolled]);
             self.add_held(sum, ends, [arm * held, other_arm * held]);
         }
-        // In the first and the last step of a contact, for the part of the step in which the discs overlap.
-        let part = 0.5 + contact.overlap / (speed.abs() * self.time_step);
-        let normal = pressing - pair.cohesion * if part < 1.5 { part } else { 1.0 };
+        // In the first step of a contact, for the part of the way with an overlap, and half of the next one.
+        let entered = 0.5 + contact.overlap / (contact.overlap - contact.before);
+        let normal = pressing - pair.cohesion * if contact.before > 0.0 { 1.0 } else { entered };
         let force = [normal * nx - tangent * ny, normal * ny + tangent * nx];
-        for (end, sign) in [(0, 1.0), (1, -1.0)] {
-            if let Some(on_disc) = sum.forces.get_mut(ends[end]) {
-                on_disc[0] += sign * force[0];
-                on_disc[1] += sign * force[1];
-                on_disc[2] += torques[end];
-            }
-        }
+        sum.apply(ends, force, torques);
     }
 
     /// Notes the torques of dashpots on both ends.
@@ -266,6 +280,13 @@ impl Reference {
                 let contact = Geometry {
                     normal: branch.map(|part| part / distance),
                     overlap,
+                    before: {
+                        let way = apart(disc.step_velocity, other.step_velocity);
+                        let then =
+                            [0, 1].map(|axis: usize| branch[axis] - way[axis] * self.time_step);
+                        disc.radius + other.radius
+                            - libm::sqrt(then[0] * then[0] + then[1] * then[1])
+                    },
                     mass: 1.0 / (1.0 / disc.mass + 1.0 / other.mass),
                     reduced_radius: 1.0 / (1.0 / disc.radius + 1.0 / other.radius),
                     arms: [disc.radius, other.radius].map(|radius| radius - 0.5 * overlap),
@@ -286,6 +307,8 @@ impl Reference {
                 let contact = Geometry {
                     normal,
                     overlap: disc.radius - distance,
+                    before: disc.radius - distance
+                        + sign * disc.step_velocity[axis] * self.time_step,
                     mass: disc.mass,
                     reduced_radius: disc.radius,
                     arms: [distance, 0.0],

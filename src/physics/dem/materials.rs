@@ -330,29 +330,21 @@ impl ContactLaw {
         constants.damping(self.normal, discs.effective_mass(disc, partner))
     }
 
-    /// Elastic force of a disc and its partner, N, by the overlap, m.
-    pub(super) fn elastic_force(
+    /// Elastic force f_e of a disc and its partner, N, and the potential energy U_e - F_c delta, J, by the overlap, m.
+    pub(super) fn force_and_energy(
         &self,
         discs: &Discs,
         (disc, partner): (u32, Partner),
         overlap: f64,
-    ) -> f64 {
+    ) -> [f64; 2] {
         let constants = self.constants(discs, disc as usize, partner);
         let radius = discs.reduced_radius(disc as usize, partner);
-        constants.stiffness_ratio * self.normal.elastic_force(overlap, radius)
-    }
-
-    /// Potential energy U_e - F_c delta of a disc and its partner, J, by the overlap, m.
-    pub(super) fn potential_energy(
-        &self,
-        discs: &Discs,
-        (disc, partner): (u32, Partner),
-        overlap: f64,
-    ) -> f64 {
-        let constants = self.constants(discs, disc as usize, partner);
-        let radius = discs.reduced_radius(disc as usize, partner);
-        let elastic = constants.stiffness_ratio * self.normal.potential_energy(overlap, radius);
-        elastic - constants.cohesion * overlap
+        let [force, energy] = [
+            self.normal.elastic_force(overlap, radius),
+            self.normal.potential_energy(overlap, radius),
+        ]
+        .map(|of_manifest| constants.stiffness_ratio * of_manifest);
+        [force, energy - constants.cohesion * overlap]
     }
 
     /// An effective mass over the largest stiffness ratio: with the manifest's stiffness, it moves as the mass in the stiffest contact.
@@ -408,6 +400,11 @@ impl ContactLaw {
     pub(super) fn has_friction(&self) -> bool {
         self.materials.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
             || !self.materials.have_plain_springs()
+    }
+
+    /// Whether any surfaces attract each other.
+    pub(super) fn is_cohesive(&self) -> bool {
+        self.materials.pairs.iter().any(|pair| pair.cohesion > 0.0)
     }
 
     /// Whether contacts have rolling springs.

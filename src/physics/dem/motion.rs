@@ -100,17 +100,20 @@ pub(crate) fn normal_force<R: Register>(
     NormalForce { force, loss: elastic - force }
 }
 
-/// The attraction F_c of two surfaces with the overlap delta, N; 0 if they are apart.
+/// The part of a step for which a constant attraction of surfaces in contact acts, by the overlaps of the step before and of this one, m.
 ///
-/// It begins and ends at delta = 0, within a step. A contact that is no deeper than the distance `travel`, |v_n| dt in m, that it moves per
-/// step is in its first or in its last step, and F_c acts for 1/2 + delta/(|v_n| dt) of that step: these parts and the other steps add up
-/// to the time of the contact. At its end, v_n is that of the step before; the error of the energy is of first order in its change.
+/// Forces act at the positions of a step, in the name of half a step to both sides. The attraction begins and ends where the overlap is 0: in
+/// the first step of a contact, it acts for 1/2 and the part of the way to the present positions that lay within the overlap; in the first
+/// step after it, for the part of the way that lay within, less 1/2. The sum over all steps is the time of the contact, so that the error of
+/// the energy is of second order.
 #[inline(always)]
-pub(crate) fn attraction<R: Register>(cohesion: R, overlap: R, travel: R) -> R {
-    let (zero, travel) = (overlap.splat(0.0), travel.abs());
-    let part = overlap.splat(0.5) + overlap / travel;
-    let part = overlap.splat(1.0).or_else(travel.is_at_most(overlap), part);
-    (cohesion * part).or_zero(zero.is_less(overlap))
+pub(crate) fn attracted_part<R: Register>([before, now]: [R; 2]) -> R {
+    let (zero, one, half) = (now.splat(0.0), now.splat(1.0), now.splat(0.5));
+    let was_in_contact = zero.is_less(before);
+    let within = before.larger(now);
+    let share = within / (within - now.or_else(was_in_contact, before));
+    let in_contact = one.or_else(was_in_contact, share + half);
+    in_contact.or_else(zero.is_less(now), (share - half).or_zero(was_in_contact))
 }
 
 /// Equation (1) with the dashpot at the velocity of the step's end: f = (f_e - eta v_n) / (1 + c), but not less than f_min.

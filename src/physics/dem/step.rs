@@ -187,7 +187,7 @@ impl ContactStatistics {
             Partner::Disc(_) => self.pairs += 1,
             Partner::Wall(_) => self.walls += 1,
         }
-        self.elastic.add(law.potential_energy(discs, ends, contact.overlap));
+        self.elastic.add(law.force_and_energy(discs, ends, contact.overlap)[1]);
         if contact.overlap_over_radius > self.max_overlap {
             self.max_overlap = contact.overlap_over_radius;
         }

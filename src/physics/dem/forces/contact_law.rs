@@ -24,7 +24,9 @@ pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     /// Stiffness over that of the manifest.
     stiffness_ratio: R,
     /// F_c.
-    cohesion: R,
+    pub(super) cohesion: R,
+    /// Whether any surfaces attract each other.
+    pub(super) is_cohesive: bool,
     /// Whether discs of several materials differ only in their friction and dashpots.
     pub(super) has_plain_springs: bool,
 }
@@ -46,10 +48,8 @@ pub(crate) struct ContactKinematics<R> {
     pub(super) sliding_speed: R,
 }
 
-/// Friction of a contact: surfaces, damping, and the force that presses.
+/// Friction of a contact: surfaces and damping.
 pub(super) struct Surfaces {
-    /// The normal force without cohesion, N.
-    pub(super) pressing: f64,
     /// eta of the pair, N s/m.
     pub(super) damping: f64,
     /// Distance from the disc's center to the contact point, m.
@@ -90,6 +90,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
             friction: friction.map(|coefficient| instructions.splat(coefficient)),
             stiffness_ratio: instructions.splat(1.0),
             cohesion: zero,
+            is_cohesive: law.is_cohesive(),
             has_plain_springs: law.materials.have_plain_springs(),
         }
     }
@@ -121,16 +122,25 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         motion::normal_force(elastic, damping, separating_speed, self.least_force)
     }
 
-    /// The normal force with the attraction of surfaces that overlap; it dissipates nothing.
+    /// The part of the step for which two discs attract each other, by their separation, the velocity that led to it, and their reach;
+    /// 0 without cohesion.
     #[inline(always)]
-    pub(super) fn with_cohesion(
-        &self,
-        normal: &NormalForce<R>,
-        contact: &ContactKinematics<R>,
-    ) -> NormalForce<R> {
-        let travel = contact.separating_speed * self.time_step;
-        let attraction = motion::attraction(self.cohesion, contact.overlap, travel);
-        NormalForce { force: normal.force - attraction, loss: normal.loss }
+    pub(super) fn attracted_part(&self, separation: [R; 2], velocity: [R; 2], reach: R) -> R {
+        if !self.is_cohesive {
+            return self.zero;
+        }
+        let before = motion::overlap_before(separation, velocity, self.time_step, reach);
+        motion::attracted_part([before, reach - motion::distance_squared(separation).sqrt()])
+    }
+
+    /// Fx, Fy, Dx, Dy on the disc with the attraction F_c, which dissipates nothing, for a part of the step.
+    #[inline(always)]
+    pub(super) fn attracted(&self, [fx, fy, dx, dy]: [R; 4], [nx, ny]: [R; 2], part: R) -> [R; 4] {
+        if !self.is_cohesive {
+            return [fx, fy, dx, dy];
+        }
+        let attraction = self.cohesion * part;
+        [fx - attraction * nx, fy - attraction * ny, dx, dy]
     }
 
     /// The force of the tangential spring; `surface_speed` is a_i w_i + a_j w_j, `limit` mu f_n.
@@ -196,10 +206,9 @@ impl<L: NormalLaw> LawRegisters<f64, L> {
         sums: &mut ContactSums,
         fraction: f64,
     ) -> ([f64; 4], Torque) {
-        let Surfaces { pressing, damping, arm, surface_speed, rolling_rate, reduced_radius } =
-            *surfaces;
+        let Surfaces { damping, arm, surface_speed, rolling_rate, reduced_radius } = *surfaces;
         // Friction acts only on a contact that presses.
-        let pressing = pressing.larger(0.0);
+        let pressing = normal.force.larger(0.0);
         let [friction, rolling_friction] = self.friction;
         let limit = friction * pressing;
         let slid = self.sliding(contact, damping, surface_speed, stretch[0], limit);
@@ -240,6 +249,16 @@ impl<R: Register> ContactKinematics<R> {
     pub(super) fn with_circle_before(self, reduced_radius: R, overlap: R) -> Self {
         let overlap = overlap.larger(overlap.splat(0.0));
         Self { circle_before: motion::circle_of_contact(reduced_radius, overlap), ..self }
+    }
+
+    /// Without overlap and speed where the mask does not hold.
+    #[inline(always)]
+    pub(super) fn or_zero(self, mask: R::Mask) -> Self {
+        Self {
+            overlap: self.overlap.or_zero(mask),
+            separating_speed: self.separating_speed.or_zero(mask),
+            ..self
+        }
     }
 
     #[inline(always)]

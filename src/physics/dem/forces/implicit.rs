@@ -78,7 +78,7 @@ pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Cont
 }
 
 fn elastic_force(contact: &Contact, discs: &Discs, law: &ContactLaw) -> f64 {
-    law.elastic_force(discs, (contact.disc, contact.partner), contact.overlap)
+    law.force_and_energy(discs, (contact.disc, contact.partner), contact.overlap)[0]
 }
 
 /// Sets the normal of two discs by division. Two centers on one point have no normal; any will do, because such an overlap ends the

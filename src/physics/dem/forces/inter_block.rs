@@ -117,20 +117,24 @@ impl InterBlockForces {
         };
         let separation = separation(block, pair, discs);
         let distance_squared = motion::distance_squared(separation);
+        let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
+        let velocity = [vx - other_vx, vy - other_vy];
+        let own = block.inter_block.first[pair].into();
+        let part = law.attracted_part(separation, velocity, reach);
         if !motion::is_closer(distance_squared, reach) {
-            if FRICTION {
-                let mut stretch = block.inter_block.stretch_of(pair);
-                let law = if stretch == [0.0; 2] { *law } else { of_pair() };
+            let mut stretch = block.inter_block.stretch_of(pair);
+            if FRICTION && (stretch != [0.0; 2] || part != 0.0) {
+                let law = of_pair();
                 law.release(&mut stretch, &mut self.sums, 0.5);
                 block.inter_block.set_stretch(pair, stretch);
+                let normal = separation.map(|component| component / distance_squared.sqrt());
+                self.forces.push((own, law.attracted([0.0; 4], normal, part)));
+                self.torques.push([0.0; 2]);
             }
             return;
         }
         let law = of_pair();
-        let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
-        let velocity = [vx - other_vx, vy - other_vy];
-        let (own, radii) =
-            (block.inter_block.first[pair].into(), ends.map(|disc| discs.radii[disc]));
+        let radii = ends.map(|disc| discs.radii[disc]);
         let reduced_radius = motion::reduced_radius(radii[0], radii[1]);
         let mut contact = ContactKinematics::between(separation, distance_squared, reach, velocity)
             .with_circle::<L>(reduced_radius);
@@ -141,13 +145,11 @@ impl InterBlockForces {
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
         let damping = block.inter_block.damping[pair];
-        let pressing = law.normal_force::<true>(&contact, damping);
-        let normal = law.with_cohesion(&pressing, &contact);
+        let normal = law.normal_force::<true>(&contact, damping);
         let force = if FRICTION {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
             let arms = radii.map(|radius| motion::lever_arm(radius, contact.overlap));
             let surfaces = Surfaces {
-                pressing: pressing.force,
                 damping,
                 arm: arms[0],
                 surface_speed: arms[0] * spin + arms[1] * other_spin,
@@ -163,17 +165,17 @@ impl InterBlockForces {
         } else {
             contact.along_normal(&normal)
         };
+        let force = law.attracted(force, contact.normal, part);
         self.forces.push((own, force));
         if C::IS_ACTIVE && ends[0] <= ends[1] {
-            let overlap = contact.overlap;
             self.contacts.push(Contact {
                 disc: ends[0] as u32,
                 partner,
                 separation,
                 normal: contact.normal,
-                overlap,
-                overlap_over_radius: overlap_over_radius(overlap, radii[0], radii[1]),
-                normal_force: normal.force,
+                overlap: contact.overlap,
+                overlap_over_radius: overlap_over_radius(contact.overlap, radii[0], radii[1]),
+                normal_force: normal.force - law.cohesion * part,
                 force: [force[0], force[1]],
             });
         }

@@ -54,6 +54,8 @@ struct GroupContact<R: Register> {
     kinematics: ContactKinematics<R>,
     /// With friction, which pairs are in contact. Without, those apart have no overlap and no speed.
     mask: R::Mask,
+    /// The part of the step for which the discs attract each other, also of pairs that have just parted; 0 without cohesion.
+    part: R,
     /// Number of the group in the batch.
     group: usize,
 }
@@ -66,7 +68,7 @@ impl<R: Register> Batch<R> {
     pub(super) fn new<const N: usize>(instructions: impl InstructionSet<N, Register = R>) -> Self {
         let zero = instructions.splat(0.0);
         let kinematics = ContactKinematics::new([zero; 2], zero, [zero; 2]);
-        Self([GroupContact { kinematics, mask: zero.is_less(zero), group: 0 }; BATCH])
+        Self([GroupContact { kinematics, mask: zero.is_less(zero), part: zero, group: 0 }; BATCH])
     }
 }
 
@@ -159,7 +161,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             // SAFETY: the caller checked the indices.
             unsafe {
                 let [count, in_contact] =
-                    self.find_kinematics::<FRICTION, ROLLING>(&groups, springs, batch);
+                    self.find_kinematics::<FRICTION, ROLLING, MIXED>(&groups, springs, batch);
                 contacts += in_contact;
                 for (place, contact) in batch.iter().enumerate().take(count) {
                     let skips = skips_idle_groups::<FRICTION, N>();
@@ -177,7 +179,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
     /// # Safety
     /// - Every index is less than the number of discs.
     #[inline(always)]
-    unsafe fn find_kinematics<const FRICTION: bool, const ROLLING: bool>(
+    unsafe fn find_kinematics<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
         &mut self,
         groups: &PairGroups<'_, N>,
         springs: &Springs<'_, N>,
@@ -195,25 +197,28 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             let separation = unsafe { instructions.differences(positions, ends) };
             let distance_squared = motion::distance_squared(separation);
             let mask = motion::is_closer(distance_squared, reach);
-            if skips_idle_groups::<FRICTION, N>() {
-                let mut is_idle = mask.bits() == 0;
-                if FRICTION {
-                    let mut held = instructions.load(&springs.stretch[group]).abs();
-                    if ROLLING {
-                        held = held + instructions.load(&springs.rolling_stretch[group]).abs();
+            let mut part = law.zero;
+            if MIXED && law.is_cohesive {
+                // SAFETY: the caller checked the indices.
+                let velocity = unsafe { instructions.differences(velocities, ends) };
+                part = law.attracted_part(separation, velocity, reach);
+            }
+            if skips_idle_groups::<FRICTION, N>() && mask.bits() == 0 {
+                let mut held = part.abs();
+                for stretch in [&*springs.stretch, &*springs.rolling_stretch] {
+                    if let Some(stretch) = stretch.get(group) {
+                        held = held + instructions.load(stretch).abs();
                     }
-                    is_idle &= law.zero.is_less(held).bits() == 0;
                 }
-                if is_idle {
+                if law.zero.is_less(held).bits() == 0 {
                     continue;
                 }
             }
             // SAFETY: the caller checked the indices.
             let velocity = unsafe { instructions.differences(velocities, ends) };
             let mut contact =
-                ContactKinematics::between(separation, distance_squared, reach, velocity);
-            contact.overlap = contact.overlap.or_zero(mask);
-            contact.separating_speed = contact.separating_speed.or_zero(mask);
+                ContactKinematics::between(separation, distance_squared, reach, velocity)
+                    .or_zero(mask);
             if L::HAS_CIRCLE {
                 // SAFETY: the caller checked the indices.
                 let radius = unsafe { reduced_radii(*instructions, springs, group, context, ends) };
@@ -224,14 +229,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
                 }
             }
             contacts = contacts + law.zero.splat(1.0).or_zero(mask);
-            let deeper = bound.is_less(contact.overlap).bits();
-            if deeper != 0 {
-                let mut overlaps = [0.0; N];
-                instructions.store(contact.overlap, &mut overlaps);
-                for lane in (0..N).filter(|lane| deeper >> lane & 1 == 1) {
-                    let ends = ends.map(|end| usize::from(end[lane]));
-                    sums.max_overlap.note_pair(overlaps[lane], ends, context.discs.radii);
-                }
+            if bound.is_less(contact.overlap).bits() != 0 {
+                let lanes = (contact.overlap, bound);
+                note_deeper(*instructions, lanes, ends, context.discs.radii, sums.max_overlap);
                 bound = instructions.splat(sums.max_overlap.bound());
             }
             let place = if skips_idle_groups::<FRICTION, N>() { count % BATCH } else { group };
@@ -249,6 +249,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             if FRICTION {
                 stored.kinematics.sliding_speed = contact.sliding_speed;
                 stored.mask = mask;
+            }
+            if MIXED {
+                stored.part = part;
             }
             if skips_idle_groups::<FRICTION, N>() {
                 stored.group = group;
@@ -282,16 +285,18 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         } else if MIXED {
             law = law.of_pairs(constants_of_pairs(instructions, context, ends));
         }
-        let pressing = law.normal_force::<MIXED>(kinematics, damping);
-        let normal = if MIXED { law.with_cohesion(&pressing, kinematics) } else { pressing };
-        let on_first = if FRICTION {
-            let forces = [&pressing, &normal];
+        let mut normal = law.normal_force::<MIXED>(kinematics, damping);
+        let mut on_first = if FRICTION {
             // SAFETY: the caller checked the indices.
-            unsafe { self.friction::<ROLLING>(&law, groups, springs, contact, forces) }
+            unsafe { self.friction::<ROLLING>(&law, groups, springs, contact, &normal) }
         } else {
             // A pair apart adds 0, which changes no bit: a sum that began with +0 is never -0. A branch would cost more.
             kinematics.along_normal(&normal)
         };
+        if MIXED && law.is_cohesive {
+            on_first = law.attracted(on_first, kinematics.normal, contact.part);
+            normal.force = normal.force - law.cohesion * contact.part;
+        }
         // SAFETY: the caller checked the indices.
         unsafe { self.instructions.add_opposite(on_first, self.sums.forces, ends) };
         if C::IS_ACTIVE {
@@ -300,8 +305,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         }
     }
 
-    /// Fx, Fy, Dx, Dy on the first discs with friction, by the normal force without cohesion, and with it. Adds the torques and energies;
-    /// springs of pairs apart are released.
+    /// Fx, Fy, Dx, Dy on the first discs with friction. Adds the torques and energies; springs of pairs apart are released.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
@@ -311,8 +315,8 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         law: &LawRegisters<I::Register, L>,
         groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
-        &GroupContact { ref kinematics, mask, group }: &GroupContact<I::Register>,
-        [pressing, normal]: [&NormalForce<I::Register>; 2],
+        &GroupContact { ref kinematics, mask, group, .. }: &GroupContact<I::Register>,
+        normal: &NormalForce<I::Register>,
     ) -> [I::Register; 4] {
         let Self { instructions, context, sums, energies, .. } = self;
         let ends = [&groups.first[group], &groups.second[group]];
@@ -321,7 +325,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         // Not by `map`: its closure would not be compiled with the instructions of the kernel.
         let ([radius, spin], [other_radius, other_spin]) = (rotors(ends[0]), rotors(ends[1]));
         // Friction acts only on contacts that press.
-        let pressing = pressing.force.larger(law.zero);
+        let pressing = normal.force.larger(law.zero);
         let [friction, rolling_friction] = law.friction;
         let arm = motion::lever_arm(radius, kinematics.overlap);
         let other_arm = motion::lever_arm(other_radius, kinematics.overlap);
@@ -396,6 +400,25 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
                 force: [fx, fy],
             });
         }
+    }
+}
+
+/// Notes the overlaps of those pairs that are deeper than the bound; both in `lanes`, m.
+#[inline(always)]
+fn note_deeper<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    lanes: (I::Register, I::Register),
+    ends: [&[u16; N]; 2],
+    radii: &[f64],
+    max_overlap: &mut MaxOverlap,
+) {
+    let (overlap, bound) = lanes;
+    let deeper = bound.is_less(overlap).bits();
+    let mut overlaps = [0.0; N];
+    instructions.store(overlap, &mut overlaps);
+    for lane in (0..N).filter(|lane| deeper >> lane & 1 == 1) {
+        let ends = ends.map(|end| usize::from(end[lane]));
+        max_overlap.note_pair(overlaps[lane], ends, radii);
     }
 }
 

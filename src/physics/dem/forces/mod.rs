@@ -12,11 +12,13 @@ pub(super) mod inter_block;
 mod kernel;
 mod pair_loops;
 
-use crate::dem::block::{Block, BlockDiscs, Partner};
+use crate::dem::block::{Block, BlockDiscs, Partner, WallPair};
 use crate::dem::laws::{NormalLaw, with_law};
+use crate::dem::motion;
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::parameters::StepContext;
 use crate::dem::totals::{BlockForces, Contact, ContactMask, ContactRecorder};
+use crate::dem::walls::PlacedWall;
 use crate::simd::registers::Scalar;
 use contact_law::{ContactKinematics, LawRegisters, Surfaces, Torque};
 use inter_block::InterBlockForces;
@@ -106,6 +108,24 @@ impl ForceFinder {
         self.found.torques[disc] = [sum + torque, sum_by_dashpots + by_dashpot];
     }
 
+    /// Adds the force of a wall on a disc.
+    fn add_wall_force(
+        &mut self,
+        pair: &WallPair,
+        wall: &PlacedWall,
+        normal: [f64; 2],
+        on_disc: [f64; 4],
+    ) {
+        add(&mut self.found.forces[pair.disc as usize], on_disc);
+        self.found.mask.insert(pair.disc);
+        let [u, v] = wall.surface_velocity(wall.mid_velocity, normal);
+        let sums = &mut self.found.sums;
+        sums.wall_dissipation -= on_disc[2] * u + on_disc[3] * v;
+        let by_wall = &mut sums.walls[pair.wall as usize];
+        let [fx, fy, ..] = on_disc;
+        *by_wall = [by_wall[0] + fx, by_wall[1] + fy, by_wall[2] + (fx * u + fy * v)];
+    }
+
     fn add_walls<L: NormalLaw, C: ContactRecorder>(
         &mut self,
         law: &LawRegisters<f64, L>,
@@ -122,8 +142,19 @@ impl ForceFinder {
             let law = law.of_pair(step.parameters.law.materials.with_walls(discs.materials[disc]));
             let (radius, sums) = (discs.radii[disc], &mut self.found.sums);
             let contact = wall.shape.contact(discs.positions[disc]);
+            let moved = (discs.velocities[disc], step.parameters.time_step);
+            let part = if law.is_cohesive {
+                let before = wall.distance_before(discs.positions[disc], moved);
+                motion::attracted_part([radius - before, radius - contact.distance])
+            } else {
+                0.0
+            };
             if contact.distance >= radius {
                 law.release(&mut pair.stretch, sums, 1.0);
+                if part != 0.0 {
+                    let on_disc = law.attracted([0.0; 4], contact.normal, part);
+                    self.add_wall_force(pair, wall, contact.normal, on_disc);
+                }
                 continue;
             }
             let (distance, normal) = (contact.distance, contact.normal);
@@ -133,20 +164,17 @@ impl ForceFinder {
             let mut contact = ContactKinematics::new(normal, radius - distance, velocity)
                 .with_circle::<L>(radius);
             if L::HAS_MINDLIN_SPRINGS {
-                let moved = ([vx, vy], step.parameters.time_step);
                 let before = wall.distance_before(discs.positions[disc], moved);
                 contact = contact.with_circle_before(radius, radius - before);
             }
             let partner = Partner::Wall(pair.wall);
             let overlap = contact.overlap;
             sums.max_overlap.note(overlap, disc, radius, partner, radius);
-            let pressing = law.normal_force::<true>(&contact, pair.damping);
-            let normal_force = law.with_cohesion(&pressing, &contact);
+            let normal_force = law.normal_force::<true>(&contact, pair.damping);
             let mut on_disc = contact.along_normal(&normal_force);
             if has_friction {
                 let spin = discs.spins[disc];
                 let surfaces = Surfaces {
-                    pressing: pressing.force,
                     damping: pair.damping,
                     arm: distance,
                     surface_speed: distance * spin,
@@ -159,15 +187,10 @@ impl ForceFinder {
                 on_disc = force;
                 self.add_torque(disc, &torque);
             }
-            add(&mut self.found.forces[disc], on_disc);
-            self.found.mask.insert(pair.disc);
-            let [u, v] = wall.surface_velocity(wall.mid_velocity, normal);
-            let sums = &mut self.found.sums;
-            sums.wall_dissipation -= on_disc[2] * u + on_disc[3] * v;
-            let by_wall = &mut sums.walls[pair.wall as usize];
-            let [fx, fy, ..] = on_disc;
-            *by_wall = [by_wall[0] + fx, by_wall[1] + fy, by_wall[2] + (fx * u + fy * v)];
+            let on_disc = law.attracted(on_disc, normal, part);
+            self.add_wall_force(pair, wall, normal, on_disc);
             if C::IS_ACTIVE {
+                let [fx, fy, ..] = on_disc;
                 recorder.record(Contact {
                     disc: (block.start + disc) as u32,
                     partner,
@@ -175,7 +198,7 @@ impl ForceFinder {
                     normal,
                     overlap,
                     overlap_over_radius: overlap / radius,
-                    normal_force: normal_force.force,
+                    normal_force: normal_force.force - law.cohesion * part,
                     force: [fx, fy],
                 });
             }
