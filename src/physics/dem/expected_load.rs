@@ -14,8 +14,8 @@ pub(super) struct ExpectedLoad {
     pub(super) mass: f64,
     /// Its speed at the wall, m/s.
     pub(super) speed: f64,
-    /// Weight of a column of discs, with all discs in even layers, and twice the cohesion, which stretches a contact that it closes; N.
-    pub(super) load: f64,
+    /// Weight of a column of discs, with all discs in even layers, N.
+    pub(super) weight: f64,
 }
 
 impl ExpectedLoad {
@@ -32,8 +32,7 @@ impl ExpectedLoad {
             [config.width_m.get(), config.height_m.get()],
             config.gravity_m_per_s2.map(|component| component.get()),
         );
-        let load = weight + 2.0 * config.max_cohesion_n();
-        Self { mass, speed: impact_speed(config), load }
+        Self { mass, speed: impact_speed(config), weight }
     }
 }
 

@@ -145,8 +145,12 @@ impl Surface {
             restitution: unless_equal(e, e_other, squared.sqrt()),
             friction: smaller(self.friction, other.friction),
             rolling_friction: smaller(self.rolling_friction, other.rolling_friction),
-            stiffness_ratio: unless_equal(k, k_other, 2.0 * k * k_other / (k + k_other)),
-            cohesion: unless_equal(cohesion, other_cohesion, (cohesion * other_cohesion).sqrt()),
+            stiffness_ratio: unless_equal(k, k_other, 2.0 / (1.0 / k + 1.0 / k_other)),
+            cohesion: unless_equal(
+                cohesion,
+                other_cohesion,
+                cohesion.sqrt() * other_cohesion.sqrt(),
+            ),
         }
     }
 }
@@ -227,11 +231,22 @@ impl Materials {
         pairs.all(|pair| pair == (1.0, 0.0))
     }
 
+    /// The constants of all contacts.
+    fn contacts(&self) -> &[ContactConstants] {
+        // The last pair would be that of two walls.
+        &self.pairs[..self.pairs.len() - 1]
+    }
+
     /// Smallest and largest stiffness of a contact over that of the manifest.
     pub(super) fn stiffness_range(&self) -> (f64, f64) {
-        // The last pair would be that of two walls.
-        let contacts = &self.pairs[..self.pairs.len() - 1];
-        range(contacts.iter().map(|pair| pair.stiffness_ratio))
+        range(self.contacts().iter().map(|pair| pair.stiffness_ratio))
+    }
+
+    /// The load, N, under which a contact of the manifest's stiffness overlaps as the softest one does under a weight, N, and as the most
+    /// cohesive one for its stiffness does when it closes, which stretches it by twice its cohesion.
+    pub(super) fn scaled_load(&self, weight: f64) -> f64 {
+        let cohesions = self.contacts().iter().map(|pair| pair.cohesion / pair.stiffness_ratio);
+        weight / self.stiffness_range().0 + 2.0 * range(cohesions).1
     }
 
     /// The constants with the strongest dashpot, which limits the time step.
@@ -273,7 +288,7 @@ impl Materials {
     }
 }
 
-/// Smallest and largest of positive numbers.
+/// Smallest and largest of numbers, which are not negative.
 fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, 0.0), |(low, high), number| {
         (if number < low { number } else { low }, if number > high { number } else { high })
@@ -357,12 +372,12 @@ impl ContactLaw {
         self.normal.contact_time(self.mass_of_stiffest(mass))
     }
 
-    /// Largest overlap of an impact with the softest contact, and under a load, N; in m.
-    pub(super) fn expected_overlap(&self, impact: &Impact, load: f64) -> f64 {
+    /// Largest overlap of an impact with the softest contact, and under a weight, N, and cohesion; in m.
+    pub(super) fn expected_overlap(&self, impact: &Impact, weight: f64) -> f64 {
         let softest = self.materials.stiffness_range().0;
         let impact = Impact { mass: impact.mass / softest, ..*impact };
         self.normal.impact_overlap(&impact)
-            + self.normal.overlap_under(load / softest, impact.radius)
+            + self.normal.overlap_under(self.materials.scaled_load(weight), impact.radius)
     }
 
     /// Damping eta of pairs of discs, N s/m, whose indices are counted from given discs.
@@ -404,7 +419,7 @@ impl ContactLaw {
 
     /// Whether any surfaces attract each other.
     pub(super) fn is_cohesive(&self) -> bool {
-        self.materials.pairs.iter().any(|pair| pair.cohesion > 0.0)
+        self.materials.contacts().iter().any(|pair| pair.cohesion > 0.0)
     }
 
     /// Whether contacts have rolling springs.

@@ -70,7 +70,7 @@ impl Parameters {
         let radius = config.radius_m.mean();
         let mass = config.mass_kg.get();
         let materials = Materials::new(config);
-        let normal = Law::of(config, materials.stiffness_range().0);
+        let normal = Law::of(config, &materials);
         let law = ContactLaw {
             normal,
             materials,

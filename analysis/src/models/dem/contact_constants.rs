@@ -55,8 +55,8 @@ fn between(config: &DemConfig, one: Material<'_>, other: Material<'_>) -> PairCo
         };
         given.restitution.map_or(unless_equal([e, e_other], squared.sqrt()), Fraction::get)
     };
-    let stiffness = unless_equal([k, k_other], 2.0 * k * k_other / (k + k_other));
-    let cohesion = unless_equal(forces, (forces[0] * forces[1]).sqrt());
+    let stiffness = unless_equal([k, k_other], 2.0 / (1.0 / k + 1.0 / k_other));
+    let cohesion = unless_equal(forces, forces[0].sqrt() * forces[1].sqrt());
     PairConstants {
         restitution: match config.dissipation {
             Dissipation::Restitution(common) => Some(restitution(common)),
@@ -96,11 +96,21 @@ pub(super) fn of_discs(
     only(pairs_with(config, &disc_materials(config)).into_iter().map(constant))
 }
 
-/// The largest stiffness of a contact over that of the manifest.
-pub(super) fn max_stiffness(config: &DemConfig) -> f64 {
+/// The largest value of a constant of all contacts.
+fn largest(config: &DemConfig, constant: fn(PairConstants) -> f64) -> f64 {
     let mut others = disc_materials(config);
     others.push((WALL, None));
-    pairs_with(config, &others).into_iter().map(|pair| pair.stiffness).fold(0.0, f64::max)
+    pairs_with(config, &others).into_iter().map(constant).fold(0.0, f64::max)
+}
+
+/// The largest stiffness of a contact over that of the manifest.
+pub(super) fn max_stiffness(config: &DemConfig) -> f64 {
+    largest(config, |pair| pair.stiffness)
+}
+
+/// Whether any surfaces in contact attract each other.
+pub(super) fn is_cohesive(config: &DemConfig) -> bool {
+    largest(config, |pair| pair.cohesion_n) > 0.0
 }
 
 /// Mass of equal discs, kg; `None` if radii or densities differ.

@@ -1,6 +1,7 @@
 //! Plots of a DEM run: energy balance, packing fraction and stress by height, snapshots.
 
 use super::bed_shape;
+use super::contact_constants;
 use super::laws as law;
 use super::observe::{DemRun, balance_j, supplied_j, total_j};
 use super::special_setups;
@@ -157,7 +158,7 @@ fn restitution_by_rebound(run: &DemRun) -> Option<Plot> {
     let points = measured.iter().enumerate().map(|(index, value)| ((index + 1) as f64, *value));
     let mut curves = vec![Curve::new("measured", CurveStyle::Data, 0, points)];
     let theory = law::WallContact::of(&run.config)
-        .filter(|_| run.config.max_cohesion_n() == 0.0)
+        .filter(|_| !contact_constants::is_cohesive(&run.config))
         .map(|contact| contact.restitution().value);
     let ends = [1.0, measured.len() as f64];
     curves.extend(theory.map(|theory| Curve::theory("theory", 1, ends.map(|end| (end, theory)))));
@@ -173,7 +174,7 @@ fn cooling(run: &DemRun) -> Option<Plot> {
         return None;
     }
     let mut curves = vec![Curve::line("measured", 0, run.temperature.iter().copied())];
-    let is_hard = run.config.max_cohesion_n() == 0.0;
+    let is_hard = !contact_constants::is_cohesive(&run.config);
     if let Some(rate) = law::cooling_rate_per_s(&run.config, first).filter(|_| is_hard) {
         let haff = |time: f64| first / libm::pow(1.0 + rate.value * (time - begin), 2.0);
         let line = run.temperature.iter().map(|(time, _)| (*time, haff(*time)));

@@ -79,7 +79,7 @@ pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option
 
 /// The violation of laws of contacts that attract each other.
 fn cohesion(config: &DemConfig) -> Option<Violation> {
-    Quantity::Cohesion.required(config.max_cohesion_n() == 0.0)
+    Quantity::Cohesion.required(!contact_constants::is_cohesive(config))
 }
 
 /// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w. `None` if restitution,

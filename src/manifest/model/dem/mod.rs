@@ -54,8 +54,7 @@ table! {
         /// Coefficient of rolling friction: a spring and slider against the relative spin, its lever the reduced radius.
         rolling_friction: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Cohesion F_c: a constant attraction of two surfaces in contact, of discs and of walls. The normal force is f - F_c, and the
-        /// contact slides at mu f, with the force f that it would have without cohesion. Needs an explicit dashpot, and 80 steps per
-        /// contact or more where energy matters.
+        /// contact slides at mu f, with the force f that it would have without cohesion. Needs an explicit dashpot.
         cohesion_n: NonNegative ["N", sparse] = NonNegative::literal(0.0),
         /// The stiffness of the tangential springs.
         tangential_stiffness: TangentialStiffness [group] = TangentialStiffness::Ratio(Positive::literal(2.0 / 7.0)),

@@ -6,7 +6,7 @@ use super::walls::{DemWall, DemWallShape};
 use super::{DemConfig, DemDashpot, Dissipation, Elasticity};
 use crate::keys::{Reader, rules};
 use crate::model::start::Placement;
-use crate::quantity::{Finite, NonNegative};
+use crate::quantity::Finite;
 
 impl DemConfig {
     /// Reports discs that do not fit into the box, and radii that differ too much.
@@ -51,7 +51,7 @@ impl DemConfig {
         let is_implicit = self.dashpot == DemDashpot::Implicit;
         let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         rules! { table;
-            is_implicit && (moves || self.has_friction() || self.max_cohesion_n() > 0.0) =>
+            is_implicit && (moves || self.has_friction() || self.has_cohesion()) =>
                 ["dashpot", "friction", "rolling_friction", "cohesion_n", "materials", "contact_pairs", "walls"]
                 "the implicit dashpot supports neither friction nor moving walls nor cohesion",
                 "set dashpot to \"explicit\"";
@@ -102,12 +102,10 @@ impl DemConfig {
         given.flatten().chain(common).any(|coefficient| coefficient.get() > 0.0)
     }
 
-    /// Largest cohesion of a contact, N.
-    #[must_use]
-    pub fn max_cohesion_n(&self) -> f64 {
+    /// Whether any cohesion is given.
+    fn has_cohesion(&self) -> bool {
         let given = self.given_constants().filter_map(|own| own.cohesion_n);
-        let larger = |most: f64, one: NonNegative| if one.get() > most { one.get() } else { most };
-        given.chain([self.cohesion_n]).fold(0.0, larger)
+        given.chain([self.cohesion_n]).any(|force| force.get() > 0.0)
     }
 
     /// The constants that the materials and the pairs of materials give.

@@ -171,13 +171,14 @@ pub(crate) fn fault(
         ),
     };
     let stiffness = parameters.law.normal.key();
+    let less = if parameters.law.is_cohesive() { ", less cohesion_n" } else { "" };
     let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
         "dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
          damping_n_s_per_m (or a higher restitution), or dashpot = \"implicit\""
             .to_owned()
     } else {
         format!(
-            "contacts are too soft for the speed or the load: take a higher {stiffness} or a larger radius_m; or \
+            "contacts are too soft for the speed or the load: take a higher {stiffness}{less} or a larger radius_m; or \
              the time step is too long: take more steps_per_wall_contact"
         )
     };

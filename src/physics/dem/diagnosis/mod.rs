@@ -168,10 +168,10 @@ fn spin_bound(config: &DemConfig, parameters: &Parameters, damping: f64) -> f64 
 
 /// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs and cohesion.
 fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
-    let ExpectedLoad { mass, speed, load } = ExpectedLoad::of(config);
+    let ExpectedLoad { mass, speed, weight } = ExpectedLoad::of(config);
     let damping_ratio = parameters.weakest_damping_ratio(mass);
     let impact = Impact { speed, mass, radius: parameters.radius, damping_ratio };
-    parameters.law.expected_overlap(&impact, load)
+    parameters.law.expected_overlap(&impact, weight)
 }
 
 /// A figure for a message: an integer from ten on, else two decimals.

@@ -28,7 +28,7 @@ pub(crate) fn find(config: &DemConfig) -> Vec<String> {
     keys(config).into_iter().filter_map(|key| nearest_accepted(config, key)).collect()
 }
 
-fn keys(config: &DemConfig) -> [Key; 6] {
+fn keys(config: &DemConfig) -> Vec<Key> {
     let parameters = Parameters::new(config);
     let ratio = parameters.strongest_damping_ratio(parameters.lightest_pair_mass());
     let present = restitution::restitution(ratio, config.limit_damping);
@@ -37,7 +37,7 @@ fn keys(config: &DemConfig) -> [Key; 6] {
     let contact_time = parameters.law.contact_time(parameters.smallest_mass);
     let steps_per_wall_contact = contact_time / parameters.time_step;
     let (Elasticity::Spring(stiffness) | Elasticity::Hertz(stiffness)) = config.elasticity;
-    [
+    let mut keys: Vec<Key> = vec![
         ("time_step_s", parameters.time_step, |config, value| {
             config.time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
             Some(())
@@ -65,7 +65,14 @@ fn keys(config: &DemConfig) -> [Key; 6] {
             Some(())
         }),
         ("radius_m", parameters.radius, set_radius),
-    ]
+    ];
+    if config.cohesion_n.get() > 0.0 {
+        keys.push(("cohesion_n", config.cohesion_n.get(), |config, value| {
+            config.cohesion_n = NonNegative::new(value)?;
+            Some(())
+        }));
+    }
+    keys
 }
 
 /// Equal discs of another radius, if they leave enough room for a new placement.

@@ -9,6 +9,7 @@ mod linear_spring;
 mod normal_law;
 
 use super::expected_load::ExpectedLoad;
+use super::materials::Materials;
 use super::motion;
 use hertz::{Hertz, Mindlin};
 use kinetoscope_manifest::model::{DemConfig, Elasticity};
@@ -49,21 +50,21 @@ pub(crate) use with_law;
 const LEAST_OVERLAP: f64 = 0.01;
 
 impl Law {
-    /// The law that the manifest requests; `softest` is the least stiffness of a contact over that of the manifest.
-    pub(super) fn of(config: &DemConfig, softest: f64) -> Self {
+    /// The law that the manifest requests.
+    pub(super) fn of(config: &DemConfig, materials: &Materials) -> Self {
         match config.elasticity {
             Elasticity::Spring(stiffness) => {
                 Self::LinearSpring(LinearSpring { stiffness: stiffness.get() })
             }
             Elasticity::Hertz(modulus) => {
-                let ExpectedLoad { mass, speed, load } = ExpectedLoad::of(config);
+                let ExpectedLoad { mass, speed, weight } = ExpectedLoad::of(config);
                 let radius = config.radius_m.range().1;
                 let ratio = radius / config.radius_m.mean();
                 // As `ContactLaw::expected_overlap`.
-                let mass = mass * ratio * ratio / softest;
+                let mass = mass * ratio * ratio / materials.stiffness_range().0;
                 let hardest = Impact { speed, mass, radius, damping_ratio: 0.0 };
                 let modulus = config.effective_modulus_pa(modulus);
-                let (load, least) = (load / softest, LEAST_OVERLAP * radius);
+                let (load, least) = (materials.scaled_load(weight), LEAST_OVERLAP * radius);
                 if config.has_mindlin_springs() {
                     return Self::Mindlin(Mindlin::new(modulus, &hardest, load, least));
                 }
