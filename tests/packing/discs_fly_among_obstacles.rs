@@ -16,7 +16,7 @@ use crate::runs::{
     DiscState, advance_to_count, advance_to_time, at_fraction, disc_states, distance, given,
     message, prepare, with_obstacles, with_restitution, without_noise,
 };
-use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig};
+use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig, drawn_obstacles};
 use kinetoscope_manifest::quantity::{BoxSide, NonNegative, Positive};
 use kinetoscope_physics::model::{Model as _, Target};
 use kinetoscope_physics::packing::Packing;
@@ -296,11 +296,16 @@ fn starts_that_overlap_obstacles_are_rejected_and_random_ones_avoid_them() {
         "{rejected}"
     );
     assert!(rejected.contains("1.5 apart") && rejected.contains("they touch at 3"), "{rejected}");
-    // A disc that lies on an obstacle ends the run.
-    let above = with_obstacles(given(&[[1.0, 3.5, 0.0, 0.0]]), &[[1.0, 0.5]], 2.0);
-    let mut disc = prepare(&with_gravity(above, 0.1), 1, 0);
-    let fault = format!("{:?}", disc.advance(Target::Time(1.0), u64::MAX).unwrap_err());
-    assert!(fault.contains("a start that is not jammed"), "{fault}");
+    // Gravity presses a disc that lies on an obstacle; below one, or with a velocity away from it, it leaves.
+    let at_peg = |y: f64, speed: f64| {
+        let disc = with_obstacles(given(&[[1.0, y, 0.0, speed]]), &[[1.0, 0.5]], 2.0);
+        with_gravity(disc, 0.1)
+    };
+    let rejected = message(&at_peg(3.5, 0.0));
+    assert!(rejected.contains("lies on the obstacle at [1.0, 0.5]"), "{rejected}");
+    for (y, speed) in [(3.5, 1.0), (3.6, 0.0), (-2.5, 0.0)] {
+        prepare(&at_peg(y, speed), 1, 0).advance(Target::Time(1.0), u64::MAX).unwrap();
+    }
     // A periodic image overlaps.
     let image = with_obstacles(given(&[[19.5, 0.0, 1.0, 0.0]]), &[[-19.0, 0.0]], 1.0);
     prepare(
@@ -320,4 +325,33 @@ fn starts_that_overlap_obstacles_are_rejected_and_random_ones_avoid_them() {
     // No room is left.
     let full = with_obstacles(without_noise(at_fraction(20, 0.4)), &pegs(4, 4, 3.2), 1.0);
     assert!(message(&full).contains("walls and obstacles take room"), "{}", message(&full));
+}
+
+#[test]
+fn obstacles_beyond_a_periodic_edge_are_drawn_as_their_images() {
+    let drawn = |center, is_periodic| drawn_obstacles(&[center], 2.0, [40.0, 20.0], is_periodic);
+    assert_eq!(drawn([-19.0, 0.0], false), [[-19.0, 0.0]]);
+    assert_eq!(drawn([-19.0, 0.0], true), [[-19.0, 0.0], [21.0, 0.0]]);
+    assert_eq!(drawn([17.0, 0.0], true), [[17.0, 0.0]]);
+    let corner = [[19.0, 9.0], [19.0, -11.0], [-21.0, 9.0], [-21.0, -11.0]];
+    assert_eq!(drawn([19.0, 9.0], true), corner);
+}
+
+#[test]
+fn mean_height_has_no_theory_where_obstacles_keep_discs_from_the_floor() {
+    let why = |pegs: u32| {
+        let positions: Vec<String> =
+            (0..pegs).map(|peg| format!("[{:?}, -9.0]", -10.0 + f64::from(peg))).collect();
+        let manifest = format!(
+            "seed = 3\n[model.packing]\ndiscs = 20\nradius = 0.5\nwidth = 20\nheight = 20\ngravity = 0.1\nfloor_temperature = 1.0\nduration = 3000\nobstacles = {{ positions = [{}], radius = 0.5 }}\n[record]\nframes = 100\n",
+            positions.join(", ")
+        );
+        let experiment: kinetoscope::Experiment = manifest.parse().unwrap();
+        let run = kinetoscope::run(&experiment.runs[0]).unwrap();
+        let analysis = kinetoscope_analysis::analyze(&run).unwrap();
+        let theory = analysis.measurement("height.mean").unwrap().theory.unwrap();
+        theory.violation.map(|why| why.to_string()).unwrap_or_default()
+    };
+    assert_eq!(why(21), "obstacles keep discs from the floor or from a part of the box");
+    assert_eq!(why(1), "", "control");
 }

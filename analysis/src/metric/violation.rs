@@ -71,6 +71,8 @@ quantities! {
     Drift = "the discs drift through the periodic box (`remove_mean_velocity = false`)",
     /// Fixed obstacles among the discs.
     Obstacles = "there are obstacles",
+    /// Obstacles that keep discs from the floor or from a part of the box.
+    Barrier = "obstacles keep discs from the floor or from a part of the box",
     /// Number of discs.
     Discs = "the number of discs",
     /// Flow or clusters, above those of independent discs.

@@ -56,7 +56,7 @@ use crate::model::{
 };
 use crate::random::{Seed, Stream};
 use crate::simd::registers::{self, InstructionSet, Kernel};
-use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
+use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength, drawn_obstacles};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, PackingCollisions, PackingEnergy, PackingEvents, PackingPressure,
     PackingTemperature, PerCollision,
@@ -245,8 +245,9 @@ impl Model for Packing {
         let half = domain.sides.map(|side| 0.5 * side);
         let (min, max) = (half.map(|half| -half), half);
         let radius = domain.obstacles.radius;
-        let obstacles = domain.obstacles.centers.iter();
-        let circles = obstacles.map(|&center| Wall::Circle { center, radius });
+        let centers = &domain.obstacles.centers;
+        let drawn = drawn_obstacles(centers, radius, domain.sides, !domain.has_walls);
+        let circles = drawn.into_iter().map(|center| Wall::Circle { center, radius });
         Scenery {
             walls: [Wall::Rectangle { min, max }].into_iter().chain(circles).collect(),
             view: [min, max],

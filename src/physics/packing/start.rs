@@ -264,6 +264,20 @@ fn check_given(
                 format!("set it to 0 or between {} and {}", SPEED_RANGE[0], SPEED_RANGE[1]),
             ));
         }
+        let contact = of_obstacle + radii[disc];
+        let under = obstacles.closer_than(contact + tolerance, positions[disc]);
+        let lies_on = |center: Vector| {
+            let [x, y] = motion::difference(center, positions[disc]);
+            y > 0.0 && x * velocity[0] + y * velocity[1] == 0.0
+        };
+        if let Some((center, _)) =
+            under.filter(|(center, _)| config.gravity.get() > 0.0 && lies_on(*center))
+        {
+            return Err(SetupError::new(
+                format!("disc {disc} at {:?} lies on the obstacle at {center:?}", positions[disc]),
+                "give it a velocity away from the obstacle, or move its center away",
+            ));
+        }
         // Without a velocity up or down, it would touch the floor without end.
         let (y, lowest) = (positions[disc][1], radii[disc] - 0.5 * config.height.get());
         if falls && velocity[1] == 0.0 && y <= lowest + tolerance {

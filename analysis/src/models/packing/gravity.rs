@@ -36,6 +36,8 @@ struct Column {
     at_floor: f64,
     /// Share of the area that is within a diameter of obstacles, at most.
     near_obstacles: f64,
+    /// Whether obstacles leave no way at some height.
+    is_blocked: bool,
 }
 
 /// The room that obstacles leave for centers.
@@ -92,7 +94,8 @@ impl Column {
             if fewer { low = middle } else { high = middle }
         }
         let is_fluid = temperature > 0.0 && high < EXTRAPOLATION_LIMIT;
-        is_fluid.then(|| Self { near_obstacles: obstacles.near, ..above(low) })
+        let (near_obstacles, is_blocked) = (obstacles.near, obstacles.free.contains(&0.0));
+        is_fluid.then(|| Self { near_obstacles, is_blocked, ..above(low) })
     }
 
     /// The column above a packing fraction f at the floor: with s = ln f, dy = -(T/g) d(f Z)/df ds, by the midpoint rule. Steps are at most
@@ -127,7 +130,7 @@ impl Column {
             bottom += thickness;
         }
         let mean_height = moment / layers.iter().sum::<f64>();
-        Self { layers, mean_height, at_floor, near_obstacles: 0.0 }
+        Self { layers, mean_height, at_floor, near_obstacles: 0.0, is_blocked: false }
     }
 }
 
@@ -197,7 +200,12 @@ impl PackingRun {
                 + of_energy / self.discs()
                 + column.at_floor * column.near_obstacles;
             let accuracy = Some(of_floor + relative * column.mean_height);
-            ExpectedValue { value: column.mean_height, accuracy, violation: self.outside_balance() }
+            let is_untouched = self.config.floor_temperature.is_some()
+                && self.gravity.energy.as_ref().is_some_and(|(_, last)| last.from_floor == 0.0);
+            let violation = self
+                .outside_balance()
+                .or_else(|| Quantity::Barrier.required(!column.is_blocked && !is_untouched));
+            ExpectedValue { value: column.mean_height, accuracy, violation }
         });
         found.compare_with(metric::MEAN_HEIGHT, height, law::BALANCE_OF_WEIGHT, theory);
     }

@@ -26,7 +26,7 @@ mod tangent;
 use crate::models::contract::{Extent, Flight, MainResults, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use crate::plot::drawing;
-use kinetoscope_manifest::model::{Boundary, PackingConfig};
+use kinetoscope_manifest::model::{Boundary, PackingConfig, drawn_obstacles};
 use observe::PackingRun;
 
 /// The analysis of packing runs.
@@ -71,9 +71,11 @@ pub(super) fn extent(config: &PackingConfig) -> Extent {
     let half = [config.width.get() / 2.0, config.height.get() / 2.0];
     let bounds = [half.map(|side| -side), half];
     let (centers, radius) = config.obstacles();
-    let obstacles = centers.into_iter().map(|center| drawing::circle(center, radius));
-    let walls = [drawing::rectangle(bounds)].into_iter().chain(obstacles).collect();
     let is_periodic = config.boundary == Boundary::Periodic;
+    let sides = half.map(|half| 2.0 * half);
+    let drawn = drawn_obstacles(&centers, radius, sides, is_periodic);
+    let obstacles = drawn.into_iter().map(|center| drawing::circle(center, radius));
+    let walls = [drawing::rectangle(bounds)].into_iter().chain(obstacles).collect();
     Extent {
         radius: config.radius.get(),
         bounds: Some(bounds),

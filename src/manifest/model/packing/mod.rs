@@ -6,7 +6,7 @@ mod obstacle_rules;
 mod obstacles;
 
 pub use floor::Shaking;
-pub use obstacles::{MAX_OBSTACLES, PackingObstacles};
+pub use obstacles::{MAX_OBSTACLES, PackingObstacles, drawn_obstacles};
 
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
@@ -34,7 +34,7 @@ table! {
         radius: Positive ["1"] = Positive::literal(1.0),
         /// Radii are uniform within this fraction of the mean to both sides, below 1; 0 for equal discs. All have mass 1.
         radius_half_width: NonNegative ["1"] = NonNegative::literal(0.0),
-        /// Coefficient of restitution alpha of a pair collision.
+        /// Coefficient of restitution alpha of a collision of two discs, or of a disc and an obstacle.
         restitution: Fraction ["1"] = Fraction::literal(1.0),
         /// Which pair collisions are elastic all the same.
         collapse_guard: CollapseGuard [group] = CollapseGuard::Off,
@@ -79,9 +79,9 @@ words! {
 choice! {
     /// What keeps inelastic discs from infinitely many collisions in a finite time.
     pub enum CollapseGuard {
-        /// Pairs collide elastically where one of the two collided less than this time ago (TC model).
+        /// Discs collide elastically where one of the two collided less than this time ago (TC model).
         contact_time: ContactTime(Positive) ["1"],
-        /// Pairs collide elastically where they approach slower than this, in place of `contact_time`.
+        /// Discs collide elastically where they approach slower than this, in place of `contact_time`.
         cutoff_velocity: CutoffVelocity(Positive) ["1"],
         |
         /// Nothing: a collapse is detected and ends the run.

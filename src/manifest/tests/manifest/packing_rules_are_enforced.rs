@@ -72,6 +72,9 @@ fn obstacles_are_inside_of_the_box_and_starts_avoid_them() {
     rejected(&of("[0.0, 0.0], [20.5, 1.0]", "2.0", ""), "must have |x| <= 20.0 and |y| <= 20.0");
     rejected(&of("[0.0, 0.0], [1.0, 0.0]", "17.0", ""), "use fewer or smaller obstacles");
     rejected(&of("[0.0, 0.0]", "0.0", ""), "must be");
+    let shaken = "gravity = 0.1\nfloor_stroke = 1.0\nfloor_period = 2.0\n";
+    accepted(&of("[0.0, 0.0]", "2.0", shaken));
+    rejected(&of("[0.0, -15.5]", "2.0", shaken), "raise the obstacles");
     rejected(&of("", "1.0", ""), "add one, or remove `obstacles`");
     rejected(&of(&"[0.0, 0.0], ".repeat(1001), "0.01", ""), "must be at most 1000");
     for placement in ["lattice", "compressed"] {
