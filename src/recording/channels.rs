@@ -93,7 +93,7 @@ channels! {
     }
 
     /// DEM: the force of every contact, including friction, as columns of equal length: pairs of discs and contacts with walls,
-    /// block by block, in a fixed order.
+    /// block by block, in a fixed order; with cohesion, also the pairs that it attracts in the first step after their contact.
     DemContactForces on "/contact_forces" {
         /// Center of a disc, x, m.
         from_x_m: Vec<f64> [double, repeated] = "1",

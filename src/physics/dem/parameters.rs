@@ -70,7 +70,8 @@ impl Parameters {
         let radius = config.radius_m.mean();
         let mass = config.mass_kg.get();
         let materials = Materials::new(config);
-        let normal = Law::of(config, &materials);
+        let load = |weight| materials.scaled_load(weight);
+        let normal = Law::of(config, materials.stiffness_range().0, load);
         let law = ContactLaw {
             normal,
             materials,

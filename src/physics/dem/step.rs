@@ -182,6 +182,9 @@ pub(super) struct ContactStatistics {
 
 impl ContactStatistics {
     fn add(&mut self, contact: &Contact, law: &ContactLaw, discs: &Discs) {
+        if contact.overlap < 0.0 {
+            return;
+        }
         let ends = (contact.disc, contact.partner);
         match contact.partner {
             Partner::Disc(_) => self.pairs += 1,

@@ -17,7 +17,7 @@ pub(super) struct BlockForces {
     pub(super) mask: ContactMask,
 }
 
-/// Two discs, or a disc and a wall, that overlap.
+/// Two discs, or a disc and a wall, that overlap, or whose cohesion ends in this step, the first one apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
     /// Index of the disc that the normal points to.
@@ -28,7 +28,7 @@ pub(super) struct Contact {
     pub(super) separation: [f64; 2],
     /// Unit vector along the separation.
     pub(super) normal: [f64; 2],
-    /// Overlap delta, m.
+    /// Overlap delta, m; negative in the first step apart.
     pub(super) overlap: f64,
     /// Overlap over the smaller radius of the two.
     pub(super) overlap_over_radius: f64,
@@ -36,6 +36,28 @@ pub(super) struct Contact {
     pub(super) normal_force: f64,
     /// Force on the disc, friction included, N.
     pub(super) force: [f64; 2],
+}
+
+impl Contact {
+    /// A contact by the two ends and their radii, m, the separation and the normal, overlap and normal force, and Fx, Fy, Dx, Dy on the disc.
+    pub(super) fn new(
+        (disc, partner, radii): (usize, Partner, [f64; 2]),
+        [separation, normal]: [[f64; 2]; 2],
+        [overlap, normal_force]: [f64; 2],
+        [fx, fy, ..]: [f64; 4],
+    ) -> Self {
+        let overlap_over_radius = overlap_over_radius(overlap, radii[0], radii[1]);
+        Self {
+            disc: disc as u32,
+            partner,
+            separation,
+            normal,
+            overlap,
+            overlap_over_radius,
+            normal_force,
+            force: [fx, fy],
+        }
+    }
 }
 
 /// A receiver of single contacts. `()` receives nothing, at no cost.

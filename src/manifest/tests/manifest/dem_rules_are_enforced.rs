@@ -93,6 +93,7 @@ fn contact_pairs_must_name_known_materials() {
         "must be a number > 0",
     );
     rejected("[model.dem]\ncohesion_n = -1 # <-", "must be a number >= 0");
+    rejected("[model.dem]\ncohesion_n = 0.1\ndashpot = \"implicit\" # <-", "cohesion");
     rejected(
         "[model.dem]\nmaterials = [{ name = \"a\", density_ratio = 0 }] # <-",
         "must be a number > 0",

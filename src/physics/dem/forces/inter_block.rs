@@ -6,11 +6,11 @@ use super::contact_law::{ContactKinematics, LawRegisters, Surfaces, Torque};
 use crate::dem::block::{Block, Partner};
 use crate::dem::discs::Discs;
 use crate::dem::laws::{NormalLaw, with_law};
-use crate::dem::motion;
+use crate::dem::motion::{self, NormalForce};
 use crate::dem::neighbors::near_pairs::{self, Validity};
 use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{Contact, ContactRecorder, ContactSums, overlap_over_radius};
+use crate::dem::totals::{Contact, ContactRecorder, ContactSums};
 use crate::simd::registers::Scalar;
 
 /// Forces of a block's inter-block pairs on its own discs.
@@ -101,7 +101,7 @@ impl InterBlockForces {
         self.near.extend(in_scope.filter(is_near).map(|pair| pair as u32));
     }
 
-    /// Adds the force of a pair.
+    /// Adds the force of a pair in contact, or of one that has just parted.
     #[inline(always)]
     fn add<L: NormalLaw, C: ContactRecorder, const FRICTION: bool>(
         &mut self,
@@ -109,75 +109,80 @@ impl InterBlockForces {
         block: &mut Block,
         context: &InterBlockContext<'_, L>,
     ) {
-        let InterBlockContext { discs, step, law, has_rolling_friction } = context;
+        let InterBlockContext { discs, step, law, .. } = context;
         let (ends, reach) = (block.inter_block_ends(pair), block.inter_block.reach[pair]);
-        let of_pair = || {
-            let [first, second] = ends.map(|disc| discs.materials[disc]);
-            law.of_pair(step.parameters.law.materials.between(first, second))
-        };
         let separation = separation(block, pair, discs);
         let distance_squared = motion::distance_squared(separation);
         let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
         let velocity = [vx - other_vx, vy - other_vy];
-        let own = block.inter_block.first[pair].into();
         let part = law.attracted_part(separation, velocity, reach);
-        if !motion::is_closer(distance_squared, reach) {
-            let mut stretch = block.inter_block.stretch_of(pair);
-            if FRICTION && (stretch != [0.0; 2] || part != 0.0) {
-                let law = of_pair();
-                law.release(&mut stretch, &mut self.sums, 0.5);
-                block.inter_block.set_stretch(pair, stretch);
-                let normal = separation.map(|component| component / distance_squared.sqrt());
-                self.forces.push((own, law.attracted([0.0; 4], normal, part)));
-                self.torques.push([0.0; 2]);
-            }
+        let is_apart = !motion::is_closer(distance_squared, reach);
+        let is_held = FRICTION && (part != 0.0 || block.inter_block.stretch_of(pair) != [0.0; 2]);
+        if is_apart && !is_held {
             return;
         }
-        let law = of_pair();
+        let [first, second] = ends.map(|disc| discs.materials[disc]);
+        let law = law.of_pair(step.parameters.law.materials.between(first, second));
         let radii = ends.map(|disc| discs.radii[disc]);
         let reduced_radius = motion::reduced_radius(radii[0], radii[1]);
-        let mut contact = ContactKinematics::between(separation, distance_squared, reach, velocity)
-            .with_circle::<L>(reduced_radius);
-        if FRICTION && L::HAS_MINDLIN_SPRINGS {
-            let before = motion::overlap_before(separation, velocity, law.time_step, reach);
-            contact = contact.with_circle_before(reduced_radius, before);
-        }
+        let mut contact = ContactKinematics::between(separation, distance_squared, reach, velocity);
+        let own = block.inter_block.first[pair].into();
         let partner = Partner::Disc(ends[1] as u32);
-        self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
-        let damping = block.inter_block.damping[pair];
-        let normal = law.normal_force::<true>(&contact, damping);
-        let force = if FRICTION {
-            let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
-            let arms = radii.map(|radius| motion::lever_arm(radius, contact.overlap));
-            let surfaces = Surfaces {
-                damping,
-                arm: arms[0],
-                surface_speed: arms[0] * spin + arms[1] * other_spin,
-                rolling_rate: spin - other_spin,
-                reduced_radius: has_rolling_friction.then(|| radii[0] * radii[1] / reach),
-            };
-            let (mut stretch, sums) = (block.inter_block.stretch_of(pair), &mut self.sums);
-            let (force, torque) =
-                law.with_friction(&contact, &normal, &surfaces, &mut stretch, sums, 0.5);
+        let (mut normal_force, mut force) = (0.0, [0.0; 4]);
+        if is_apart {
+            let mut stretch = block.inter_block.stretch_of(pair);
+            law.release(&mut stretch, &mut self.sums, 0.5);
             block.inter_block.set_stretch(pair, stretch);
-            self.torques.push(torque);
-            force
+            self.torques.push([0.0; 2]);
         } else {
-            contact.along_normal(&normal)
-        };
+            contact = contact.with_circle::<L>(reduced_radius);
+            if FRICTION && L::HAS_MINDLIN_SPRINGS {
+                let before = motion::overlap_before(separation, velocity, law.time_step, reach);
+                contact = contact.with_circle_before(reduced_radius, before);
+            }
+            self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
+            let normal = law.normal_force::<true>(&contact, block.inter_block.damping[pair]);
+            normal_force = normal.force;
+            force = if FRICTION {
+                self.friction(pair, block, context, (&law, &contact, &normal))
+            } else {
+                contact.along_normal(&normal)
+            };
+        }
         let force = law.attracted(force, contact.normal, part);
         self.forces.push((own, force));
-        if C::IS_ACTIVE && ends[0] <= ends[1] {
-            self.contacts.push(Contact {
-                disc: ends[0] as u32,
-                partner,
-                separation,
-                normal: contact.normal,
-                overlap: contact.overlap,
-                overlap_over_radius: overlap_over_radius(contact.overlap, radii[0], radii[1]),
-                normal_force: normal.force - law.cohesion * part,
-                force: [force[0], force[1]],
-            });
+        if C::IS_ACTIVE && ends[0] <= ends[1] && (part != 0.0 || !is_apart) {
+            let numbers = [contact.overlap, normal_force - law.cohesion * part];
+            let vectors = [separation, contact.normal];
+            self.contacts.push(Contact::new((ends[0], partner, radii), vectors, numbers, force));
         }
+    }
+
+    /// Fx, Fy, Dx, Dy on the first disc of a pair with friction. Adds the torque; the springs advance by a step.
+    #[inline(always)]
+    fn friction<L: NormalLaw>(
+        &mut self,
+        pair: usize,
+        block: &mut Block,
+        InterBlockContext { discs, has_rolling_friction, .. }: &InterBlockContext<'_, L>,
+        (law, contact, normal): (&LawRegisters<f64, L>, &ContactKinematics<f64>, &NormalForce<f64>),
+    ) -> [f64; 4] {
+        let (ends, reach) = (block.inter_block_ends(pair), block.inter_block.reach[pair]);
+        let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
+        let radii = ends.map(|disc| discs.radii[disc]);
+        let arms = radii.map(|radius| motion::lever_arm(radius, contact.overlap));
+        let surfaces = Surfaces {
+            damping: block.inter_block.damping[pair],
+            arm: arms[0],
+            surface_speed: arms[0] * spin + arms[1] * other_spin,
+            rolling_rate: spin - other_spin,
+            reduced_radius: has_rolling_friction.then(|| radii[0] * radii[1] / reach),
+        };
+        let (mut stretch, sums) = (block.inter_block.stretch_of(pair), &mut self.sums);
+        let (force, torque) =
+            law.with_friction(contact, normal, &surfaces, &mut stretch, sums, 0.5);
+        block.inter_block.set_stretch(pair, stretch);
+        self.torques.push(torque);
+        force
     }
 }

@@ -16,7 +16,7 @@ use crate::dem::block::{BlockDiscs, PairGroups, Partner};
 use crate::dem::laws::NormalLaw;
 use crate::dem::motion::{self, NormalForce};
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap, overlap_over_radius};
+use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap};
 use crate::simd::registers::{InstructionSet, MAX_WIDTH, Mask, Register};
 
 /// Groups of pairs per batch: their kinematics stay in the nearest cache.
@@ -301,7 +301,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         unsafe { self.instructions.add_opposite(on_first, self.sums.forces, ends) };
         if C::IS_ACTIVE {
             // SAFETY: the caller checked the indices.
-            unsafe { self.record(ends, &groups.reach[group], kinematics, &normal, on_first) };
+            unsafe { self.record(ends, &groups.reach[group], contact, &normal, on_first) };
         }
     }
 
@@ -361,7 +361,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         [fx.or_zero(mask), fy.or_zero(mask), dx.or_zero(mask), dy.or_zero(mask)]
     }
 
-    /// Records the contacts of a group.
+    /// Records the contacts of a group, and the pairs that attract each other in the first step apart.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
@@ -370,35 +370,35 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         &mut self,
         ends: [&[u16; N]; 2],
         reach: &[f64; N],
-        contact: &ContactKinematics<I::Register>,
+        &GroupContact { kinematics: ref contact, part, .. }: &GroupContact<I::Register>,
         normal: &NormalForce<I::Register>,
         on_first: [I::Register; 4],
     ) {
-        let Self { instructions, context, recorder, .. } = self;
+        let Self { instructions, law, context, recorder, .. } = self;
         let BlockDiscs { start, positions, radii, .. } = context.discs;
         // SAFETY: the caller checked the indices.
         let separation = unsafe { instructions.differences(positions, ends) };
         let reach = instructions.load(reach);
-        let lanes = motion::is_closer(motion::distance_squared(separation), reach).bits();
+        let distance_squared = motion::distance_squared(separation);
+        let lanes =
+            motion::is_closer(distance_squared, reach).bits() | law.zero.is_less(part.abs()).bits();
         let ([x, y], [nx, ny]) = (separation, contact.normal);
-        let registers = [x, y, nx, ny, contact.overlap, normal.force, on_first[0], on_first[1]];
-        let mut columns = [[0.0; N]; 8];
+        // As `contact.overlap`, which is 0 of pairs apart.
+        let overlap = reach - distance_squared.sqrt();
+        let [fx, fy, dx, dy] = on_first;
+        let registers = [x, y, nx, ny, overlap, normal.force, fx, fy, dx, dy];
+        let mut columns = [[0.0; N]; 10];
         for (column, register) in columns.iter_mut().zip(registers) {
             instructions.store(register, column);
         }
         for lane in (0..N).filter(|lane| lanes >> lane & 1 == 1) {
-            let [x, y, nx, ny, overlap, normal_force, fx, fy] = columns.map(|column| column[lane]);
+            let [x, y, nx, ny, overlap, normal_force, fx, fy, dx, dy] =
+                columns.map(|column| column[lane]);
             let [disc, partner] = ends.map(|end| usize::from(end[lane]));
-            recorder.record(Contact {
-                disc: (start + disc) as u32,
-                partner: Partner::Disc((start + partner) as u32),
-                separation: [x, y],
-                normal: [nx, ny],
-                overlap,
-                overlap_over_radius: overlap_over_radius(overlap, radii[disc], radii[partner]),
-                normal_force,
-                force: [fx, fy],
-            });
+            let radii = [radii[disc], radii[partner]];
+            let ends = (start + disc, Partner::Disc((start + partner) as u32), radii);
+            let (vectors, numbers) = ([[x, y], [nx, ny]], [overlap, normal_force]);
+            recorder.record(Contact::new(ends, vectors, numbers, [fx, fy, dx, dy]));
         }
     }
 }

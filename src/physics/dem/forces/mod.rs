@@ -149,15 +149,24 @@ impl ForceFinder {
             } else {
                 0.0
             };
-            if contact.distance >= radius {
+            let (distance, normal) = (contact.distance, contact.normal);
+            let partner = Partner::Wall(pair.wall);
+            let mut record = |numbers, on_disc| {
+                if C::IS_ACTIVE {
+                    let ends = (block.start + disc, partner, [radius; 2]);
+                    let separation = normal.map(|part| distance * part);
+                    recorder.record(Contact::new(ends, [separation, normal], numbers, on_disc));
+                }
+            };
+            if distance >= radius {
                 law.release(&mut pair.stretch, sums, 1.0);
                 if part != 0.0 {
-                    let on_disc = law.attracted([0.0; 4], contact.normal, part);
-                    self.add_wall_force(pair, wall, contact.normal, on_disc);
+                    let on_disc = law.attracted([0.0; 4], normal, part);
+                    self.add_wall_force(pair, wall, normal, on_disc);
+                    record([radius - distance, -(law.cohesion * part)], on_disc);
                 }
                 continue;
             }
-            let (distance, normal) = (contact.distance, contact.normal);
             let [vx, vy] = discs.velocities[disc];
             let [wall_vx, wall_vy] = wall.surface_velocity(wall.step_velocity, normal);
             let velocity = [vx - wall_vx, vy - wall_vy];
@@ -167,7 +176,6 @@ impl ForceFinder {
                 let before = wall.distance_before(discs.positions[disc], moved);
                 contact = contact.with_circle_before(radius, radius - before);
             }
-            let partner = Partner::Wall(pair.wall);
             let overlap = contact.overlap;
             sums.max_overlap.note(overlap, disc, radius, partner, radius);
             let normal_force = law.normal_force::<true>(&contact, pair.damping);
@@ -189,19 +197,7 @@ impl ForceFinder {
             }
             let on_disc = law.attracted(on_disc, normal, part);
             self.add_wall_force(pair, wall, normal, on_disc);
-            if C::IS_ACTIVE {
-                let [fx, fy, ..] = on_disc;
-                recorder.record(Contact {
-                    disc: (block.start + disc) as u32,
-                    partner,
-                    separation: normal.map(|part| distance * part),
-                    normal,
-                    overlap,
-                    overlap_over_radius: overlap / radius,
-                    normal_force: normal_force.force - law.cohesion * part,
-                    force: [fx, fy],
-                });
-            }
+            record([overlap, normal_force.force - law.cohesion * part], on_disc);
         }
     }
 }

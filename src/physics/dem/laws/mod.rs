@@ -9,7 +9,6 @@ mod linear_spring;
 mod normal_law;
 
 use super::expected_load::ExpectedLoad;
-use super::materials::Materials;
 use super::motion;
 use hertz::{Hertz, Mindlin};
 use kinetoscope_manifest::model::{DemConfig, Elasticity};
@@ -50,8 +49,8 @@ pub(crate) use with_law;
 const LEAST_OVERLAP: f64 = 0.01;
 
 impl Law {
-    /// The law that the manifest requests.
-    pub(super) fn of(config: &DemConfig, materials: &Materials) -> Self {
+    /// The law that the manifest requests, for materials with this smallest ratio of stiffness and the load by the weight.
+    pub(super) fn of(config: &DemConfig, softest: f64, load: impl Fn(f64) -> f64) -> Self {
         match config.elasticity {
             Elasticity::Spring(stiffness) => {
                 Self::LinearSpring(LinearSpring { stiffness: stiffness.get() })
@@ -61,10 +60,10 @@ impl Law {
                 let radius = config.radius_m.range().1;
                 let ratio = radius / config.radius_m.mean();
                 // As `ContactLaw::expected_overlap`.
-                let mass = mass * ratio * ratio / materials.stiffness_range().0;
+                let mass = mass * ratio * ratio / softest;
                 let hardest = Impact { speed, mass, radius, damping_ratio: 0.0 };
                 let modulus = config.effective_modulus_pa(modulus);
-                let (load, least) = (materials.scaled_load(weight), LEAST_OVERLAP * radius);
+                let (load, least) = (load(weight), LEAST_OVERLAP * radius);
                 if config.has_mindlin_springs() {
                     return Self::Mindlin(Mindlin::new(modulus, &hardest, load, least));
                 }
