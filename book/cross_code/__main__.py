@@ -100,13 +100,14 @@ def lammps_page(kinetoscope, folder):
     return title, body, worst <= tolerance, max(row[-1] for row in control) <= tolerance, f"discs within {number(worst, 2)} m"
 
 
-def lammps_friction_page(kinetoscope, folder):
-    """DEM with friction against LAMMPS."""
-    from lammps_discs import RADIUS, STIFFEST, compare_friction, friction_manifest
+def lever_arm_page(title, describe, compare, manifest, moduli, control_name, kinetoscope, folder):
+    """Discs with friction against LAMMPS, of a modulus and of one with overlaps that are a hundred times larger. `describe` takes the program's
+    version, the manifest and the ratio of the distances, and returns the text."""
+    from lammps_discs import RADIUS
 
-    rows, key, version = compare_friction(kinetoscope, folder, STIFFEST)
-    control, _, _ = compare_friction(kinetoscope, folder, STIFFEST, 1 + 1e-3)
-    soft, _, _ = compare_friction(kinetoscope, folder, 1e-4 * STIFFEST)
+    rows, key, version = compare(kinetoscope, folder, moduli[0])
+    control, _, _ = compare(kinetoscope, folder, moduli[0], 1 + 1e-3)
+    soft, _, _ = compare(kinetoscope, folder, moduli[1])
     tolerance, ratio = 1e-4 * RADIUS, soft[-1][-1] / rows[-1][-1]
     heads = ["time, s", "kinetic energy, J", "in LAMMPS, J", "largest distance, m"]
 
@@ -116,55 +117,52 @@ def lammps_friction_page(kinetoscope, folder):
     def worst(rows):
         return max(row[-1] for row in rows)
 
-    title = "DEM with friction and LAMMPS"
-    text = f"""Twenty discs with friction and tangential springs, from the same start, in Kinetoscope and in LAMMPS {version} (`pair_style granular` with
+    body = page(title, describe(version, manifest.strip(), number(ratio, 3)), heads, cells(rows), (f"{control_name} in LAMMPS is larger by a thousandth:", cells(control)),
+                "no disc is farther away than 1e-4 of its radius at any frame, and the ratio of distances is from 80 to 125.", key)
+    return title, body, worst(rows) <= tolerance and 80 <= ratio <= 125, worst(control) <= tolerance, f"discs within {number(worst(rows), 2)} m"
+
+
+def lammps_friction_page(kinetoscope, folder):
+    """DEM with friction against LAMMPS."""
+    from lammps_discs import STIFFEST, compare_friction, friction_manifest
+
+    def describe(version, manifest, ratio):
+        return f"""Twenty discs with friction and tangential springs, from the same start, in Kinetoscope and in LAMMPS {version} (`pair_style granular` with
 `tangential linear_history` and `limit_damping`, `fix wall/gran`, `fix nve/sphere disc`), step by step. Kinetic energies include the rotation.
 
 ```toml
-{friction_manifest(STIFFEST, 1e-8).strip()}
+{manifest}
 ```
 
 Both programs turn a tangential spring with its contact and cut its force to μ f. With a tangential dashpot, the stretch of a sliding spring would differ: LAMMPS subtracts the
 dashpot's force, Kinetoscope does not. The lever arms differ: LAMMPS takes the radius for the speed of a surface, and at walls for the torque as well; Kinetoscope takes the
 distance from the center to the contact point, so that the work on the spins is that of the force. The difference is proportional to the overlap. Therefore, a
-stiffness and a time step for which overlaps are a hundred times larger, {number(1e-4 * STIFFEST)} N/m and 1e-6 s, must increase the distance as much: by {number(ratio, 3)}. Later contacts begin
+stiffness and a time step for which overlaps are a hundred times larger, {number(1e-4 * STIFFEST)} N/m and 1e-6 s, must increase the distance as much: by {ratio}. Later contacts begin
 in other steps in the two programs, and the error of the time step is then larger than the difference of the laws."""
-    body = page(title, text, heads, cells(rows), ("The tangential stiffness in LAMMPS is larger by a thousandth:", cells(control)),
-                "no disc is farther away than 1e-4 of its radius at any frame, and the ratio of distances is from 80 to 125.", key)
-    return title, body, worst(rows) <= tolerance and 80 <= ratio <= 125, worst(control) <= tolerance, f"discs within {number(worst(rows), 2)} m"
+
+    return lever_arm_page("DEM with friction and LAMMPS", describe, compare_friction, friction_manifest(STIFFEST, 1e-8), [STIFFEST, 1e-4 * STIFFEST],
+                          "The tangential stiffness", kinetoscope, folder)
 
 
 def lammps_mindlin_page(kinetoscope, folder):
     """DEM with Mindlin's tangential springs against LAMMPS."""
-    from lammps_discs import HARDEST, RADIUS, SOFTER, compare_mindlin, mindlin_manifest
+    from lammps_discs import HARDEST, SOFTER, compare_mindlin, mindlin_manifest
 
-    rows, key, version = compare_mindlin(kinetoscope, folder, HARDEST)
-    control, _, _ = compare_mindlin(kinetoscope, folder, HARDEST, 1 + 1e-3)
-    soft, _, _ = compare_mindlin(kinetoscope, folder, SOFTER)
-    tolerance, ratio = 1e-4 * RADIUS, soft[-1][-1] / rows[-1][-1]
-    heads = ["time, s", "kinetic energy, J", "in LAMMPS, J", "largest distance, m"]
-
-    def cells(rows):
-        return [[number(time), number(ours, 9), number(theirs, 9), number(distance, 2)] for time, ours, theirs, distance in rows]
-
-    def worst(rows):
-        return max(row[-1] for row in rows)
-
-    title = "Mindlin's springs and LAMMPS"
-    text = f"""Twenty elastic spheres in a plane with Hertz's and Mindlin's laws, from the same start, in Kinetoscope and in LAMMPS {version} (`pair_style granular`
+    def describe(version, manifest, ratio):
+        return f"""Twenty elastic spheres in a plane with Hertz's and Mindlin's laws, from the same start, in Kinetoscope and in LAMMPS {version} (`pair_style granular`
 with `hertz/material` and `tangential mindlin_rescale/force`, `fix wall/gran`, `fix nve/sphere disc`), step by step. Kinetic energies include the rotation.
 
 ```toml
-{mindlin_manifest(HARDEST, 5e-9).strip()}
+{manifest}
 ```
 
 In both programs, the force of a tangential spring stays while the circle of contact grows, and decreases in proportion to it while it shrinks. The lever arms differ, as
 with springs of a constant stiffness: LAMMPS takes the radius, Kinetoscope the distance from the center to the contact point. The difference is proportional to the
 overlap, and by Hertz's law the overlap is proportional to the modulus to the power of −2/5. Therefore, spheres of {number(SOFTER)} Pa must increase the distance by a factor of
-100: it increases by {number(ratio, 3)}."""
-    body = page(title, text, heads, cells(rows), ("The tangential stiffness 8 G* in LAMMPS is larger by a thousandth:", cells(control)),
-                "no disc is farther away than 1e-4 of its radius at any frame, and the ratio of distances is from 80 to 125.", key)
-    return title, body, worst(rows) <= tolerance and 80 <= ratio <= 125, worst(control) <= tolerance, f"discs within {number(worst(rows), 2)} m"
+100: it increases by {ratio}."""
+
+    return lever_arm_page("Mindlin's springs and LAMMPS", describe, compare_mindlin, mindlin_manifest(HARDEST, 5e-9), [HARDEST, SOFTER],
+                          "The tangential stiffness 8 G*", kinetoscope, folder)
 
 
 def rebound_page(kinetoscope, folder):

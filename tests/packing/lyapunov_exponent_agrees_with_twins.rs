@@ -13,7 +13,7 @@
 use kinetoscope::verify::divergence;
 use kinetoscope::{Experiment, run};
 use kinetoscope_analysis::{RunAnalysis, analyze};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 const DISCS: usize = 16;
 /// Initial distance of the two runs in phase space.
@@ -225,35 +225,47 @@ fn exponent_is_that_of_an_independent_program() {
     }
 }
 
+/// Asserts the exponent of Sinai's billiard with this side of the square, distance at contact, and relative speed over the root of the initial
+/// temperature; returns the number of collisions after which two runs part, and the one that is expected.
+fn assert_sinais_billiard(
+    analysis: &RunAnalysis,
+    side: f64,
+    contact: f64,
+    relative_speed: f64,
+) -> [f64; 2] {
+    let value_of = |name| analysis.measurement(name).unwrap().estimate.value;
+    let found = analysis.measurement("lyapunov.exponent").unwrap();
+    let error =
+        found.estimate.conditional_standard_error.or(found.estimate.standard_error).unwrap();
+    // The law, written out again: 0.435 225 = 3 ln 2 - 9 ζ(3)/(4 ζ(2)).
+    let (value, ratio) = (found.estimate.value, contact / side);
+    let growth = 1.0 - 0.435_225 - (2.0 * ratio * ratio).ln();
+    let speed = relative_speed * value_of("temperature.initial").sqrt();
+    let collisions = speed * 2.0 * contact / (side * side - PI * contact * contact);
+    let theory = found.theory.unwrap();
+    println!("d/L = {ratio}: {value:.5} ± {error:.5}, law {:.5}", collisions * growth);
+    assert!((theory.value / (collisions * growth) - 1.0).abs() < 1e-6 && theory.in_range());
+    let allowed = 3.0 * error + theory.accuracy;
+    assert!((value - theory.value).abs() < allowed, "{value} {}", theory.value);
+    assert!(allowed < 0.05 * theory.value, "{allowed}");
+    // Control: without the normals' turn by the free path, each collision would be worth ln(L/d) less.
+    let control = collisions * (growth + ratio.ln());
+    assert!((value - control).abs() > 3.0 * allowed, "control: {control}");
+    let (until, expected) =
+        (value_of("lyapunov.divergence_collisions"), 53.0 * 2.0_f64.ln() / growth);
+    assert!((until / expected - 1.0).abs() < 0.05, "{until} {expected}");
+    [until, expected]
+}
+
 #[test]
 fn two_discs_follow_sinais_billiard() {
     for side in [40.0, 100.0] {
         let analysis = analyzed(&format!(
             "discs = 2\nwidth = {side}\nheight = {side}\nboundary = \"periodic\"\nremove_mean_velocity = true\nevents_per_disc = 40000\n"
         ));
-        let found = analysis.measurement("lyapunov.exponent").unwrap();
-        let (value, error) =
-            (found.estimate.value, found.estimate.conditional_standard_error.unwrap());
-        // The law, written out again: 0.435 225 = 3 ln 2 - 9 ζ(3)/(4 ζ(2)).
-        let speed = 2.0
-            * (2.0 * analysis.measurement("temperature.initial").unwrap().estimate.value).sqrt();
-        let ratio: f64 = 2.0 / side;
-        let growth = 1.0 - 0.435_225 - (2.0 * ratio * ratio).ln();
-        let collisions = speed * 4.0 / (side * side - 4.0 * PI);
-        let theory = found.theory.unwrap();
-        println!("d/L = {ratio}: {value:.5} ± {error:.5}, law {:.5}", collisions * growth);
-        assert!((theory.value / (collisions * growth) - 1.0).abs() < 1e-6 && theory.in_range());
-        let allowed = 3.0 * error + theory.accuracy;
-        assert!((value - theory.value).abs() < allowed, "{value} {}", theory.value);
-        assert!(allowed < 0.05 * theory.value, "{allowed}");
         // Each collision of the pair is one of each disc. Control: it is half of one.
-        let until = analysis.measurement("lyapunov.divergence_collisions").unwrap().estimate.value;
-        let expected = 53.0 * 2.0_f64.ln() / growth;
-        assert!((until / expected - 1.0).abs() < 0.05, "{until} {expected}");
+        let [until, expected] = assert_sinais_billiard(&analysis, side, 2.0, 2.0 * SQRT_2);
         assert!((2.0 * until / expected - 1.0).abs() > 0.05, "control: {until} {expected}");
-        // Control: without the normals' turn by the free path, each collision would be worth ln(L/d) less.
-        let control = collisions * (growth + ratio.ln());
-        assert!((value - control).abs() > 3.0 * allowed, "control: {control}");
     }
 }
 
@@ -378,7 +390,6 @@ fn full_harness_discs_part_one_after_another() {
 }
 
 /// One disc and one obstacle in a periodic square are Sinai's billiard, as two discs are, with the distance d at contact and the speed of the disc.
-/// Control: without the turn of the normals by the free path, each collision would be worth ln(L/d) less.
 #[test]
 fn one_disc_and_one_obstacle_follow_sinais_billiard() {
     for (side, radius, obstacle) in [(20.0, 0.5, 0.5), (20.0, 0.1, 0.4), (50.0, 0.2, 0.8)] {
@@ -386,26 +397,6 @@ fn one_disc_and_one_obstacle_follow_sinais_billiard() {
             "discs = 1\nwidth = {side:?}\nheight = {side:?}\nradius = {radius}\nboundary = \"periodic\"\n\
              obstacles = {{ positions = [[1.0, -2.0]], radius = {obstacle} }}\nevents_per_disc = 40000\n"
         ));
-        let found = analysis.measurement("lyapunov.exponent").unwrap();
-        let (value, error) = (
-            found.estimate.value,
-            found.estimate.conditional_standard_error.or(found.estimate.standard_error).unwrap(),
-        );
-        let speed =
-            (2.0 * analysis.measurement("temperature.initial").unwrap().estimate.value).sqrt();
-        let contact = radius + obstacle;
-        let ratio: f64 = contact / side;
-        let growth = 1.0 - 0.435_225 - (2.0 * ratio * ratio).ln();
-        let collisions = speed * 2.0 * contact / (side * side - PI * contact * contact);
-        let theory = found.theory.unwrap();
-        println!("d/L = {ratio}: {value:.5} ± {error:.5}, law {:.5}", collisions * growth);
-        assert!((theory.value / (collisions * growth) - 1.0).abs() < 1e-6 && theory.in_range());
-        let allowed = 3.0 * error + theory.accuracy;
-        assert!((value - theory.value).abs() < allowed, "{value} {}", theory.value);
-        assert!(allowed < 0.05 * theory.value, "{allowed}");
-        let until = analysis.measurement("lyapunov.divergence_collisions").unwrap().estimate.value;
-        let expected = 53.0 * 2.0_f64.ln() / growth;
-        assert!((until / expected - 1.0).abs() < 0.05, "{until} {expected}");
-        assert!((value - collisions * (growth + ratio.ln())).abs() > 3.0 * allowed, "control");
+        assert_sinais_billiard(&analysis, side, radius + obstacle, SQRT_2);
     }
 }
