@@ -72,7 +72,7 @@ impl Workspace {
         self.near.resize_with(count, NearPairs::default);
         if let [block] = blocks.as_mut_slice() {
             // Small runs do not need threads.
-            self.inter_block[0].find::<()>(block, discs, step);
+            self.inter_block[0].find(block, discs, step, false);
             let (inter_block, near) = (&self.inter_block[0], &mut self.near[0]);
             let forces = KnownForces { solved: solved.first(), inter_block, near };
             let memory = &self.forces;
@@ -84,7 +84,7 @@ impl Workspace {
         blocks
             .par_iter_mut()
             .zip(self.inter_block.par_iter_mut())
-            .for_each(|(block, forces)| forces.find::<()>(block, at_rest, step));
+            .for_each(|(block, forces)| forces.find(block, at_rest, step, false));
         let mut totals = vec![StepTotals::default(); count];
         blocks
             .par_iter_mut()
@@ -112,7 +112,7 @@ fn move_block(
     memory.lend(|memory| {
         match solved {
             Some(solved) => memory.found.clone_from(solved),
-            None => memory.find(block, &discs, inter_block, near, step, &mut ()),
+            None => memory.find(block, &discs, inter_block, near, step, None),
         }
         integrate::kick_and_drift(&mut discs, &mut memory.found, step)
     })
@@ -148,8 +148,8 @@ fn find_forces(
 ) -> BlockForces {
     let (mut inter_block, mut forces) = (InterBlockForces::default(), ForceFinder::default());
     let block = &mut block.clone();
-    inter_block.find::<Vec<Contact>>(block, all, step);
-    forces.find(block, discs, &inter_block, &mut NearPairs::default(), step, contacts);
+    inter_block.find(block, all, step, true);
+    forces.find(block, discs, &inter_block, &mut NearPairs::default(), step, Some(contacts));
     forces.found
 }
 

@@ -60,27 +60,8 @@ impl Contact {
     }
 }
 
-/// A receiver of single contacts. `()` receives nothing, at no cost.
-pub(super) trait ContactRecorder {
-    /// Whether contacts are recorded at all.
-    const IS_ACTIVE: bool;
-
-    fn record(&mut self, contact: Contact);
-}
-
-impl ContactRecorder for () {
-    const IS_ACTIVE: bool = false;
-
-    fn record(&mut self, _: Contact) {}
-}
-
-impl ContactRecorder for Vec<Contact> {
-    const IS_ACTIVE: bool = true;
-
-    fn record(&mut self, contact: Contact) {
-        self.push(contact);
-    }
-}
+/// Where single contacts are recorded, if they are.
+pub(super) type ContactRecorder<'a> = Option<&'a mut Vec<Contact>>;
 
 /// Sums over the contacts of a block. An inter-block contact counts half in each of its two blocks.
 #[derive(Clone, Debug, Default)]

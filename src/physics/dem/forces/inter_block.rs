@@ -10,7 +10,7 @@ use crate::dem::motion::{self, NormalForce};
 use crate::dem::neighbors::near_pairs::{self, Validity};
 use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{Contact, ContactRecorder, ContactSums};
+use crate::dem::totals::{Contact, ContactSums};
 use crate::simd::registers::Scalar;
 
 /// Forces of a block's inter-block pairs on its own discs.
@@ -34,6 +34,8 @@ struct InterBlockContext<'a, L: NormalLaw> {
     step: &'a StepContext<'a>,
     law: LawRegisters<f64, L>,
     has_rolling_friction: bool,
+    /// Whether single contacts are recorded.
+    is_recorded: bool,
 }
 
 /// Vector from the second disc of an inter-block pair to the first, m.
@@ -47,11 +49,12 @@ fn separation(block: &Block, pair: usize, discs: &Discs) -> [f64; 2] {
 
 impl InterBlockForces {
     /// Finds the forces of a block's inter-block pairs; their springs advance by a step.
-    pub(crate) fn find<C: ContactRecorder>(
+    pub(crate) fn find(
         &mut self,
         block: &mut Block,
         discs: &Discs,
         step: &StepContext<'_>,
+        is_recorded: bool,
     ) {
         self.forces.clear();
         self.torques.clear();
@@ -60,13 +63,13 @@ impl InterBlockForces {
         with_law!(step.parameters.law.normal, law => {
             let law = LawRegisters::new(Scalar, step.parameters, law);
             let has_rolling_friction = step.parameters.law.has_rolling_friction();
-            let context = InterBlockContext { discs, step, law, has_rolling_friction };
-            self.find_in_scope::<_, C>(block, &context);
+            let context = InterBlockContext { discs, step, law, has_rolling_friction, is_recorded };
+            self.find_in_scope(block, &context);
         });
     }
 
     /// Finds the forces of the pairs in scope.
-    fn find_in_scope<L: NormalLaw, C: ContactRecorder>(
+    fn find_in_scope<L: NormalLaw>(
         &mut self,
         block: &mut Block,
         context: &InterBlockContext<'_, L>,
@@ -74,18 +77,18 @@ impl InterBlockForces {
         let InterBlockContext { discs, step, .. } = *context;
         let in_scope = 0..block.inter_block.in_tiers(step.scope.tiers);
         if step.parameters.law.has_friction() {
-            in_scope.for_each(|pair| self.add::<_, C, true>(pair, block, context));
+            in_scope.for_each(|pair| self.add::<_, true>(pair, block, context));
         } else if step.parameters.max_width > 1 {
             if !self.validity.holds_for(&step.scope) {
                 self.validity = Validity::until_horizon(&step.scope);
                 self.list_near(block, discs, &step.scope);
             }
             let near = std::mem::take(&mut self.near);
-            near.iter().for_each(|&pair| self.add::<_, C, false>(pair as usize, block, context));
+            near.iter().for_each(|&pair| self.add::<_, false>(pair as usize, block, context));
             self.near = near;
         } else {
             // All pairs are compared, which checks the near pairs.
-            in_scope.for_each(|pair| self.add::<_, C, false>(pair, block, context));
+            in_scope.for_each(|pair| self.add::<_, false>(pair, block, context));
         }
     }
 
@@ -103,7 +106,7 @@ impl InterBlockForces {
 
     /// Adds the force of a pair in contact, or of one that has just parted.
     #[inline(always)]
-    fn add<L: NormalLaw, C: ContactRecorder, const FRICTION: bool>(
+    fn add<L: NormalLaw, const FRICTION: bool>(
         &mut self,
         pair: usize,
         block: &mut Block,
@@ -151,7 +154,7 @@ impl InterBlockForces {
         }
         let force = law.attracted(force, contact.normal, part);
         self.forces.push((own, force));
-        if C::IS_ACTIVE && ends[0] <= ends[1] && (part != 0.0 || !is_apart) {
+        if context.is_recorded && ends[0] <= ends[1] && (part != 0.0 || !is_apart) {
             let numbers = [contact.overlap, normal_force - law.cohesion * part];
             let vectors = [separation, contact.normal];
             self.contacts.push(Contact::new((ends[0], partner, radii), vectors, numbers, force));

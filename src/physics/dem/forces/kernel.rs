@@ -73,7 +73,7 @@ impl<R: Register> Batch<R> {
 }
 
 /// The kernel with its constants in registers.
-pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C> {
+pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw> {
     instructions: I,
     law: LawRegisters<I::Register, L>,
     context: &'a PairContext<'a>,
@@ -81,19 +81,17 @@ pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, L:
     /// Energies, J, of the springs, dissipated by friction, and by rolling friction; summed separately over the pairs whose
     /// numbers have the same remainder modulo eight: in eight registers at width 1, two at width 4, one at width 8.
     energies: [[I::Register; MAX_WIDTH]; 3],
-    recorder: &'a mut C,
+    recorder: ContactRecorder<'a>,
 }
 
-impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecorder>
-    ContactKernel<'a, 'b, N, I, L, C>
-{
+impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw> ContactKernel<'a, 'b, N, I, L> {
     #[inline(always)]
     pub(super) fn new(
         instructions: I,
         law: L,
         context: &'a PairContext<'a>,
         sums: &'a mut PairSums<'b>,
-        recorder: &'a mut C,
+        recorder: ContactRecorder<'a>,
     ) -> Self {
         let law = LawRegisters::new(instructions, context.step.parameters, law);
         let energies = [[law.zero; MAX_WIDTH]; 3];
@@ -299,7 +297,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         }
         // SAFETY: the caller checked the indices.
         unsafe { self.instructions.add_opposite(on_first, self.sums.forces, ends) };
-        if C::IS_ACTIVE {
+        if self.recorder.is_some() {
             // SAFETY: the caller checked the indices.
             unsafe { self.record(ends, &groups.reach[group], contact, &normal, on_first) };
         }
@@ -375,6 +373,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
         on_first: [I::Register; 4],
     ) {
         let Self { instructions, law, context, recorder, .. } = self;
+        let Some(contacts) = recorder else { return };
         let BlockDiscs { start, positions, radii, .. } = context.discs;
         // SAFETY: the caller checked the indices.
         let separation = unsafe { instructions.differences(positions, ends) };
@@ -398,7 +397,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw, C: ContactRecor
             let radii = [radii[disc], radii[partner]];
             let ends = (start + disc, Partner::Disc((start + partner) as u32), radii);
             let (vectors, numbers) = ([[x, y], [nx, ny]], [overlap, normal_force]);
-            recorder.record(Contact::new(ends, vectors, numbers, [fx, fy, dx, dy]));
+            contacts.push(Contact::new(ends, vectors, numbers, [fx, fy, dx, dy]));
         }
     }
 }

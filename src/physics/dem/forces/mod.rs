@@ -37,14 +37,14 @@ pub(super) struct ForceFinder {
 impl ForceFinder {
     /// Finds all forces on the discs of a block; the springs of its contacts advance by a step. Contacts are recorded in the order
     /// inner pairs, inter-block pairs, walls.
-    pub(super) fn find<C: ContactRecorder>(
+    pub(super) fn find(
         &mut self,
         block: &mut Block,
         discs: &BlockDiscs<'_>,
         inter_block: &InterBlockForces,
         near: &mut NearPairs,
         step: &StepContext<'_>,
-        recorder: &mut C,
+        mut recorder: ContactRecorder<'_>,
     ) {
         let count = discs.positions.len();
         let found = &mut self.found;
@@ -55,7 +55,7 @@ impl ForceFinder {
         }
         found.sums.clear(step, block.start);
         found.mask = ContactMask::default();
-        self.add_inner_pairs(block, discs, near, step, recorder);
+        self.add_inner_pairs(block, discs, near, step, recorder.as_deref_mut());
         for &(disc, force) in &inter_block.forces {
             add(&mut self.found.forces[disc as usize], force);
             self.found.mask.insert(disc);
@@ -63,7 +63,9 @@ impl ForceFinder {
         for (&(disc, _), torque) in inter_block.forces.iter().zip(&inter_block.torques) {
             self.add_torque(disc as usize, torque);
         }
-        inter_block.contacts.iter().for_each(|&contact| recorder.record(contact));
+        if let Some(contacts) = &mut recorder {
+            contacts.extend_from_slice(&inter_block.contacts);
+        }
         with_law!(step.parameters.law.normal, law => {
             let law = LawRegisters::new(Scalar, step.parameters, law);
             self.add_walls(&law, block, discs, step, recorder);
@@ -71,13 +73,13 @@ impl ForceFinder {
         self.found.sums.add(&inter_block.sums);
     }
 
-    fn add_inner_pairs<C: ContactRecorder>(
+    fn add_inner_pairs(
         &mut self,
         block: &mut Block,
         discs: &BlockDiscs<'_>,
         near: &mut NearPairs,
         step: &StepContext<'_>,
-        recorder: &mut C,
+        recorder: ContactRecorder<'_>,
     ) {
         let has_friction = step.parameters.law.has_friction();
         let BlockForces { forces, torques, sums, mask } = &mut self.found;
@@ -126,13 +128,13 @@ impl ForceFinder {
         *by_wall = [by_wall[0] + fx, by_wall[1] + fy, by_wall[2] + (fx * u + fy * v)];
     }
 
-    fn add_walls<L: NormalLaw, C: ContactRecorder>(
+    fn add_walls<L: NormalLaw>(
         &mut self,
         law: &LawRegisters<f64, L>,
         block: &mut Block,
         discs: &BlockDiscs<'_>,
         step: &StepContext<'_>,
-        recorder: &mut C,
+        mut recorder: ContactRecorder<'_>,
     ) {
         let has_friction = step.parameters.law.has_friction();
         let has_rolling_friction = step.parameters.law.has_rolling_friction();
@@ -152,10 +154,10 @@ impl ForceFinder {
             let (distance, normal) = (contact.distance, contact.normal);
             let partner = Partner::Wall(pair.wall);
             let mut record = |numbers, on_disc| {
-                if C::IS_ACTIVE {
+                if let Some(contacts) = &mut recorder {
                     let ends = (block.start + disc, partner, [radius; 2]);
                     let separation = normal.map(|part| distance * part);
-                    recorder.record(Contact::new(ends, [separation, normal], numbers, on_disc));
+                    contacts.push(Contact::new(ends, [separation, normal], numbers, on_disc));
                 }
             };
             if distance >= radius {

@@ -30,12 +30,12 @@ pub(super) struct NearMemory<'a> {
 }
 
 /// Adds the forces of a block's pairs without friction.
-pub(super) fn add_without_friction<C: ContactRecorder>(
+pub(super) fn add_without_friction(
     context: &PairContext<'_>,
     pairs: &Pairs,
     memory: NearMemory<'_>,
     sums: &mut PairSums<'_>,
-    recorder: &mut C,
+    recorder: ContactRecorder<'_>,
 ) {
     let width = Ord::min(context.step.parameters.max_width, FRICTIONLESS_WIDTH);
     with_law!(context.step.parameters.law.normal, law => {
@@ -45,20 +45,20 @@ pub(super) fn add_without_friction<C: ContactRecorder>(
 
 /// Adds the forces of a block's pairs with friction; their springs advance by a step. Returns the energies of the springs,
 /// dissipated by friction, and by rolling friction, J.
-pub(super) fn add_with_friction<C: ContactRecorder>(
+pub(super) fn add_with_friction(
     context: &PairContext<'_>,
     pairs: &mut Pairs,
     sums: &mut PairSums<'_>,
-    recorder: &mut C,
+    recorder: ContactRecorder<'_>,
 ) -> [f64; 3] {
     let law = &context.step.parameters.law;
     // The module of report pages is smaller without the loops for one material; those for several give the same bits.
     let is_mixed = cfg!(target_arch = "wasm32") || law.materials.only().is_none();
     let run = match (law.has_rolling_friction(), is_mixed) {
-        (false, false) => run_frictional::<C, false, false>,
-        (false, true) => run_frictional::<C, false, true>,
-        (true, false) => run_frictional::<C, true, false>,
-        (true, true) => run_frictional::<C, true, true>,
+        (false, false) => run_frictional::<false, false>,
+        (false, true) => run_frictional::<false, true>,
+        (true, false) => run_frictional::<true, false>,
+        (true, true) => run_frictional::<true, true>,
     };
     let count = pairs.fill_registers();
     let energies = run(context, pairs, sums, recorder);
@@ -66,29 +66,29 @@ pub(super) fn add_with_friction<C: ContactRecorder>(
     energies
 }
 
-fn run_frictional<C: ContactRecorder, const ROLLING: bool, const MIXED: bool>(
+fn run_frictional<const ROLLING: bool, const MIXED: bool>(
     context: &PairContext<'_>,
     pairs: &mut Pairs,
     sums: &mut PairSums<'_>,
-    recorder: &mut C,
+    recorder: ContactRecorder<'_>,
 ) -> [f64; 3] {
     with_law!(context.step.parameters.law.normal, law => {
-        let kernel = Frictional::<_, C, ROLLING, MIXED> { law, context, pairs, sums, recorder };
+        let kernel = Frictional::<_, ROLLING, MIXED> { law, context, pairs, sums, recorder };
         registers::run(kernel, context.step.parameters.max_width)
     })
 }
 
 /// The pairs of a list with friction.
-struct Frictional<'a, 'b, L, C, const ROLLING: bool, const MIXED: bool> {
+struct Frictional<'a, 'b, L, const ROLLING: bool, const MIXED: bool> {
     law: L,
     context: &'a PairContext<'a>,
     pairs: &'a mut Pairs,
     sums: &'a mut PairSums<'b>,
-    recorder: &'a mut C,
+    recorder: ContactRecorder<'a>,
 }
 
-impl<L: NormalLaw, C: ContactRecorder, const ROLLING: bool, const MIXED: bool> Kernel
-    for Frictional<'_, '_, L, C, ROLLING, MIXED>
+impl<L: NormalLaw, const ROLLING: bool, const MIXED: bool> Kernel
+    for Frictional<'_, '_, L, ROLLING, MIXED>
 {
     type Output = [f64; 3];
 
@@ -117,13 +117,13 @@ impl<L: NormalLaw, C: ContactRecorder, const ROLLING: bool, const MIXED: bool> K
 }
 
 /// The pairs of a block without friction.
-struct Frictionless<'a, 'b, L, C> {
+struct Frictionless<'a, 'b, L> {
     law: L,
     context: &'a PairContext<'a>,
     pairs: &'a Pairs,
     memory: NearMemory<'a>,
     sums: &'a mut PairSums<'b>,
-    recorder: &'a mut C,
+    recorder: ContactRecorder<'a>,
 }
 
 /// Near pairs in contact, gathered for a batch.
@@ -146,7 +146,7 @@ impl Gathered {
     }
 }
 
-impl<L: NormalLaw, C: ContactRecorder> Kernel for Frictionless<'_, '_, L, C> {
+impl<L: NormalLaw> Kernel for Frictionless<'_, '_, L> {
     type Output = ();
 
     #[inline(always)]
