@@ -37,9 +37,26 @@ pub(super) fn add_without_friction(
     sums: &mut PairSums<'_>,
     recorder: ContactRecorder<'_>,
 ) {
+    // The module of report pages is smaller with the same loops for both.
+    let run = if cfg!(target_arch = "wasm32") || recorder.is_some() {
+        run_frictionless::<true>
+    } else {
+        run_frictionless::<false>
+    };
+    run(context, pairs, memory, sums, recorder);
+}
+
+fn run_frictionless<const RECORDED: bool>(
+    context: &PairContext<'_>,
+    pairs: &Pairs,
+    memory: NearMemory<'_>,
+    sums: &mut PairSums<'_>,
+    recorder: ContactRecorder<'_>,
+) {
     let width = Ord::min(context.step.parameters.max_width, FRICTIONLESS_WIDTH);
     with_law!(context.step.parameters.law.normal, law => {
-        registers::run(Frictionless { law, context, pairs, memory, sums, recorder }, width);
+        let kernel = Frictionless::<_, RECORDED> { law, context, pairs, memory, sums, recorder };
+        registers::run(kernel, width);
     });
 }
 
@@ -117,7 +134,7 @@ impl<L: NormalLaw, const ROLLING: bool, const MIXED: bool> Kernel
 }
 
 /// The pairs of a block without friction.
-struct Frictionless<'a, 'b, L> {
+struct Frictionless<'a, 'b, L, const RECORDED: bool> {
     law: L,
     context: &'a PairContext<'a>,
     pairs: &'a Pairs,
@@ -146,12 +163,13 @@ impl Gathered {
     }
 }
 
-impl<L: NormalLaw> Kernel for Frictionless<'_, '_, L> {
+impl<L: NormalLaw, const RECORDED: bool> Kernel for Frictionless<'_, '_, L, RECORDED> {
     type Output = ();
 
     #[inline(always)]
     fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) {
         let Self { law, context, pairs, memory, sums, recorder } = self;
+        let recorder = if RECORDED { recorder } else { None };
         let NearMemory { near, contacts, mask } = memory;
         let (scope, discs) = (&context.step.scope, context.discs.positions.len());
         // At width 1 all pairs are compared, which checks the near pairs of the wider registers.
