@@ -53,6 +53,10 @@
 //! - overlap over radius computed only for those contacts at walls and between blocks where it may be the largest: settled 0.98 (0.97
 //!   to 1.03), 1.01 (0.97 to 1.09) at 10^5.
 //!
+//! Nor did one kernel that decides per group whether contacts are recorded, instead of one for each case (29 Nov 2026, Intel Xeon with
+//! AVX-512, medians of 9 alternate runs of `dem_peer`): settled 0.89, other scenes without friction 1.00; with friction 0.97 to 1.03, where it stays: it is
+//! smaller. One for each case without friction again: settled 0.98 to 1.01.
+//!
 //! One contact kernel for every register width, compared with the hand-written loops before it, same bits (22 Nov 2026, thread time of an
 //! Intel Xeon with AVX-512, 10^4 discs, minima of 14 alternate runs on a busy machine, a ratio above 1 is faster): settled 1.01, with
 //! friction 1.03 to 1.06, collapse 0.98, gas 0.96 to 0.97. The gas was below the aim of 0.97: its contact kernel and the comparisons of its

@@ -10,11 +10,14 @@
 //! Control: F_c that is 1e-6 larger, an impact without F_c or with 2 % more, and friction without F_c exceed the tolerances.
 
 use crate::scene::{
-    discs, energy, frame, given, gravity, non_negative, per_contact, positive, prepared,
+    SEED, discs, energy, frame, given, gravity, non_negative, per_contact, positive, prepared,
     restitution, run_to, run_to_time,
 };
-use kinetoscope_manifest::model::{DemConfig, DemContactPair, Elasticity};
+use kinetoscope::Experiment;
+use kinetoscope_manifest::model::{DemConfig, DemContactPair, Elasticity, ModelConfig};
+use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::dem::restitution::damping_ratio;
+use kinetoscope_physics::model::Model as _;
 
 const STIFFNESS: f64 = 5e4;
 const RADIUS: f64 = 5e-4;
@@ -225,6 +228,54 @@ fn error_of_slow_rebounds_is_of_second_order() {
     assert!((3.0..6.0).contains(&(coarse / medium)), "{coarse:e}, {medium:e}");
     assert!((3.0..6.0).contains(&(medium / fine)), "{medium:e}, {fine:e}");
     assert!(fine < 5e-4 && control > 5e-3, "{fine:e}, control {control:e}");
+}
+
+#[test]
+fn rejections_of_cohesive_discs_suggest_what_is_accepted() {
+    let message =
+        |config: &DemConfig| format!("{:?}", Dem::prepare(config, SEED, false).unwrap_err());
+    let manifest = |keys: &str| {
+        let text = format!("[model.dem]\nduration_s = 0.01\n{keys}");
+        let experiment: Experiment = text.parse().unwrap();
+        let ModelConfig::Dem(config) = &*experiment.runs[0].manifest.model else { panic!() };
+        config.clone()
+    };
+    let strong = message(&manifest("cohesion_n = 10.0"));
+    assert!(strong.contains("cohesion presses") && strong.contains("cohesion_n = "), "{strong}");
+    let dry = message(&manifest("stiffness_n_per_m = 1.0"));
+    assert!(dry.contains("falls through the box overlaps the wall"), "control: {dry}");
+    // Both are rejected next to what the manifest has.
+    assert!(!strong.contains("implicit"), "{strong}");
+    let steps = "time_step_s = 1e-3\n";
+    let of_materials = |restitution: &str| {
+        let materials = format!("{steps}materials = [{{ name = \"steel\"{restitution} }}]");
+        message(&manifest(&materials))
+    };
+    let without = of_materials("");
+    assert!(without.contains("implicit"), "control: {without}");
+    let own = of_materials(", stiffness_ratio = 2.0, restitution = 0.5");
+    assert!(
+        !own.contains("damping_n_s_per_m = ") && own.contains("of materials and contact_pairs"),
+        "{own}"
+    );
+}
+
+/// Before the first step, no disc was in contact, whatever its velocity.
+#[test]
+fn discs_that_start_apart_are_not_attracted() {
+    let gap = 1e-8;
+    let ceiling = [([0.02, HEIGHT - RADIUS - gap], [0.0, -0.1])];
+    let pair = [([0.01, 0.02], [-0.1, 0.0]), ([0.01 + 2.0 * RADIUS + gap, 0.02], [0.1, 0.0])];
+    for start in [&ceiling[..], &pair] {
+        let config = DemConfig { gravity_m_per_s2: gravity(0.0, 0.0), ..cohesive(0.2) };
+        let mut model = prepared(&given(config, start));
+        for step in 0..3 {
+            run_to(&mut model, step);
+            let found: Vec<[f64; 2]> = discs(&model).iter().map(|disc| disc.velocity).collect();
+            let expected: Vec<[f64; 2]> = start.iter().map(|disc| disc.1).collect();
+            assert_eq!(found, expected, "step {step}");
+        }
+    }
 }
 
 #[test]

@@ -306,6 +306,14 @@ fn starts_that_overlap_obstacles_are_rejected_and_random_ones_avoid_them() {
     for (y, speed) in [(3.5, 1.0), (3.6, 0.0), (-2.5, 0.0)] {
         prepare(&at_peg(y, speed), 1, 0).advance(Target::Time(1.0), u64::MAX).unwrap();
     }
+    // In a wedge, it must leave both obstacles.
+    let wedge = |velocity: [f64; 2]| {
+        let disc = given(&[[0.0, 5.0_f64.sqrt(), velocity[0], velocity[1]]]);
+        with_gravity(with_obstacles(disc, &[[-2.0, 0.0], [2.0, 0.0]], 2.0), 0.1)
+    };
+    let rejected = message(&wedge([0.1 * 5.0_f64.sqrt(), 0.2]));
+    assert!(rejected.contains("lies on the obstacle at [2.0, 0.0]"), "{rejected}");
+    prepare(&wedge([0.0, 0.2]), 1, 0).advance(Target::Time(0.1), u64::MAX).unwrap();
     // A periodic image overlaps.
     let image = with_obstacles(given(&[[19.5, 0.0, 1.0, 0.0]]), &[[-19.0, 0.0]], 1.0);
     prepare(
@@ -318,7 +326,7 @@ fn starts_that_overlap_obstacles_are_rejected_and_random_ones_avoid_them() {
     );
     let periodic = PackingConfig { boundary: Boundary::Periodic, ..image };
     assert!(
-        message(&periodic).contains("overlaps the obstacle at [21.0, 0.0]"),
+        message(&periodic).contains("overlaps the periodic image of the obstacle at [21.0, 0.0]"),
         "{}",
         message(&periodic)
     );

@@ -16,20 +16,19 @@ use super::question::{
 use super::relation::{relation, requirement, states_requirement, states_value, to_theory};
 use super::settings::with_settings;
 use super::unanswered::{is_other_subject, remark};
+use super::undecided::{missing_value, undecided_value, without_value};
 use super::variable::is_set_by_manifest;
 use super::yes_or_no::decided;
 use super::{AnswerNumber, AnswerPart, AnswerSource};
-use crate::checks::{checked_metrics, compare};
+use crate::checks::{checked_metrics, compare, undecided_because};
 use crate::input::coordinates::text;
 use crate::metric::{Definition, Metric, MetricScope, Theory};
-use crate::models::{label_of, main_results};
+use crate::models::main_results;
 use crate::number_text::{plus_minus, significant};
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_console::text::one_line;
 use kinetoscope_manifest::model::ModelConfig;
-use kinetoscope_manifest::{
-    Bound, Check, Coordinate, ExpectedOutcome, IfUndecided, TimingComparison,
-};
+use kinetoscope_manifest::{Bound, Check, ExpectedOutcome, IfUndecided, TimingComparison};
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
@@ -50,7 +49,14 @@ pub(super) fn failures(source: &AnswerSource<'_>) -> Vec<AnswerPart> {
         let failed = checked.into_iter().filter(|metric| !compare(check, metric).passed);
         let (failed, missing): (Vec<_>, Vec<_>) = failed.partition(|it| it.is_applicable());
         failures.extend(missing.into_iter().map(missing_value));
-        failures.extend((!failed.is_empty()).then(|| failure(check, &failed, all)));
+        let mut decided = Vec::new();
+        for metric in failed {
+            match undecided_because(check, metric) {
+                Some(reason) => failures.push(undecided_value(metric, &reason)),
+                None => decided.push(metric),
+            }
+        }
+        failures.extend((!decided.is_empty()).then(|| failure(check, &decided, all)));
     }
     let more = failures.len().saturating_sub(MOST_SENTENCES);
     failures.truncate(MOST_SENTENCES);
@@ -96,36 +102,6 @@ pub(super) fn timing(source: &AnswerSource<'_>) -> Option<String> {
         one_line(of),
         one_line(over)
     ))
-}
-
-/// A check that no run can decide.
-fn without_value(check: &Check, source: &AnswerSource<'_>) -> Vec<AnswerPart> {
-    let label = label_of(&check.metric).unwrap_or("quantity of a check");
-    let place: Vec<Coordinate> = check
-        .at
-        .iter()
-        .map(|(key, value)| Coordinate { key: key.clone(), value: value.clone() })
-        .collect();
-    let faults = source.runs.iter().find_map(|run| match &run.ending {
-        RunStatus::Fault(what) => Some(format!("a run failed: {}", first_clause(what))),
-        RunStatus::Unfinished => Some("a run is not finished".to_owned()),
-        _ => None,
-    });
-    let reason = faults.unwrap_or_else(|| "no finished run has it".to_owned());
-    let text = format!(
-        "A check fails: the {label}{} has no value, because {reason}.",
-        place_words(&place)
-    );
-    vec![AnswerPart::Failure(text)]
-}
-
-/// A metric without a number, which a check compares.
-fn missing_value(metric: &Metric) -> Vec<AnswerPart> {
-    let place = place_words(metric.coordinates());
-    let reason = metric.reason().unwrap_or_else(|| "there is no number".to_owned());
-    let label = metric.definition.label;
-    let text = format!("A check fails: the {label}{place} has no value, because {reason}.");
-    vec![AnswerPart::Failure(text)]
 }
 
 /// The values that violate a check, out of `all` that it compares.

@@ -14,6 +14,7 @@ mod relation;
 mod settings;
 mod template;
 mod unanswered;
+mod undecided;
 mod variable;
 mod yes_or_no;
 

@@ -136,6 +136,11 @@ pub(crate) fn compare(check: &Check, metric: &Metric) -> CheckResult {
     }
 }
 
+/// Why a metric cannot be compared with a check's bound; `None` if it can.
+pub(crate) fn undecided_because(check: &Check, metric: &Metric) -> Option<String> {
+    holds(check.bound, metric).err()
+}
+
 const NO_THEORY: &str = "which has no theoretical value: give `expected`";
 const NO_ERROR: &str = "which has no standard error: give `tolerance` or `relative_tolerance`, or, if the model uses random numbers, record replicates";
 

@@ -255,7 +255,8 @@ impl Dem {
     fn step(&mut self) -> Result<(), BlowUp> {
         let (parameters, scope) = (&self.parameters, self.neighbors.scope());
         let (walls, known_overlap) = (&parameters.walls_at(self.count), self.window.max_overlap);
-        let step = StepContext { parameters, walls, known_overlap, scope };
+        let time_before = self.time_before();
+        let step = StepContext { parameters, walls, known_overlap, time_before, scope };
         let totals = self.workspace.advance(&mut self.neighbors, &mut self.discs, &step);
         self.window.add(&totals);
         let time_step = self.parameters.time_step;
@@ -376,8 +377,14 @@ impl Dem {
     fn evaluate_contacts(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
         let (parameters, scope) = (&self.parameters, self.neighbors.scope());
         let walls = &parameters.walls_at(self.count);
-        let step = StepContext { parameters, walls, known_overlap: 0.0, scope };
+        let time_before = self.time_before();
+        let step = StepContext { parameters, walls, known_overlap: 0.0, time_before, scope };
         Evaluation::of(&self.neighbors, &self.discs, &step, on_contact)
+    }
+
+    /// Time of the last step, s; 0 at the start.
+    fn time_before(&self) -> f64 {
+        if self.count == 0 { 0.0 } else { self.parameters.time_step }
     }
 
     fn fault(&self, blow_up: BlowUp) -> SimulationFault {

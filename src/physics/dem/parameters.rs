@@ -56,6 +56,8 @@ pub(super) struct StepContext<'a> {
     pub(super) walls: &'a [PlacedWall],
     /// The largest overlap over radius that is known already.
     pub(super) known_overlap: f64,
+    /// Time since the discs began to move, but at most a time step, s: before the first step, no pair was in contact.
+    pub(super) time_before: f64,
     /// The part of the lists that the step must visit.
     pub(super) scope: Scope,
 }

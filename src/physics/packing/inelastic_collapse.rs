@@ -73,7 +73,7 @@ impl CollapseDetector {
             if *count >= COLLAPSE_COUNT {
                 return Err(SimulationFault::new(
                     format!(
-                        "inelastic collapse at time {now}: disc {disc} collided {COLLAPSE_COUNT} times in a row while almost no \
+                        "inelastic collapse at time {now:?}: disc {disc} collided {COLLAPSE_COUNT} times in a row while almost no \
                          time passed"
                     ),
                     "use a restitution closer to 1, a contact_time or cutoff_velocity, a shorter run, or a start that is not \

@@ -63,10 +63,14 @@ impl NearObstacles {
         motion::difference(from, self.centers[number as usize].1)
     }
 
-    /// The center and the distance of an obstacle that is closer to a point of the box than a distance.
-    pub(super) fn closer_than(&self, distance: f64, point: Vector) -> Option<(Vector, f64)> {
+    /// The centers and the distances of the obstacles that are closer to a point of the box than a distance.
+    pub(super) fn closer_than(
+        &self,
+        distance: f64,
+        point: Vector,
+    ) -> impl Iterator<Item = (Vector, f64)> {
         let (cell, relative) = self.grid.locate(point);
-        self.near(cell).find_map(|number| {
+        self.near(cell).filter_map(move |number| {
             let apart = motion::speed(self.separation(relative, number));
             let center = self.grid.point(cell, self.centers[number as usize].1);
             (apart < distance).then_some((center, apart))

@@ -70,7 +70,8 @@ pub(super) fn random_positions(
     let mut generator = seed.stream(Stream::Positions);
     let (rectangle, boundary) = (rectangle(config), config.boundary);
     let (obstacles, of_obstacle) = (NearObstacles::of(config), config.obstacles().1);
-    let is_free = |center, radius| obstacles.closer_than(of_obstacle + radius, center).is_none();
+    let is_free =
+        |center, radius| obstacles.closer_than(of_obstacle + radius, center).next().is_none();
     let placed =
         random_sequential_addition(rectangle, boundary, radii, &mut generator, is_free, proceed);
     let takers = if obstacles.is_empty() { "walls" } else { "walls and obstacles" };

@@ -246,12 +246,14 @@ fn check_given(
             ));
         }
         let contact = of_obstacle + radius;
-        if let Some((center, apart)) = obstacles.closer_than(contact - tolerance, [*x, *y]) {
+        if let Some((center, apart)) = obstacles.closer_than(contact - tolerance, [*x, *y]).next() {
+            let is_inside = (0..2).all(|axis: usize| center[axis].abs() <= limit[axis] + margin);
+            let of = if is_inside { "" } else { "periodic image of the " };
             return Err(SetupError::new(
                 format!(
-                    "disc {disc} at [{x}, {y}] overlaps the obstacle at {center:?}: their centers are {apart} apart"
+                    "disc {disc} at [{x}, {y}] overlaps the {of}obstacle at {center:?}: their centers are {apart} apart"
                 ),
-                format!("move the disc away: they touch at {contact}"),
+                format!("move the disc or the obstacle away: they touch at {contact}"),
             ));
         }
     }
@@ -265,17 +267,17 @@ fn check_given(
             ));
         }
         let contact = of_obstacle + radii[disc];
-        let under = obstacles.closer_than(contact + tolerance, positions[disc]);
+        let mut touched = obstacles.closer_than(contact + tolerance, positions[disc]);
         let lies_on = |center: Vector| {
             let [x, y] = motion::difference(center, positions[disc]);
-            y > 0.0 && x * velocity[0] + y * velocity[1] == 0.0
+            let leaving = (x * velocity[0] + y * velocity[1]).abs();
+            y > 0.0 && leaving <= ROUNDING * speed * contact
         };
-        if let Some((center, _)) =
-            under.filter(|(center, _)| config.gravity.get() > 0.0 && lies_on(*center))
-        {
+        let under = touched.find(|(center, _)| config.gravity.get() > 0.0 && lies_on(*center));
+        if let Some((center, _)) = under {
             return Err(SetupError::new(
                 format!("disc {disc} at {:?} lies on the obstacle at {center:?}", positions[disc]),
-                "give it a velocity away from the obstacle, or move its center away",
+                "give it a velocity away from the obstacle, or move one of the two away",
             ));
         }
         // Without a velocity up or down, it would touch the floor without end.

@@ -68,6 +68,10 @@ pub(super) fn main_results(config: &DemConfig) -> MainResults {
         _ if config.insertion.is_some() => {
             MainResults::new(&["bed.surface_angle", "energy.friction_fraction"], BED)
         }
+        // The energy of cohesion is negative, so that a relative change has no meaning.
+        _ if config.has_cohesion() => {
+            MainResults::new(&["settling_time", "energy.friction_fraction"], ENERGY)
+        }
         _ if special_setups::has_friction(config) => {
             let metrics =
                 &["energy.total_change_relative", "energy.friction_fraction", "settling_time"];

@@ -48,10 +48,8 @@ impl DemConfig {
     }
 
     fn check_integrator(&self, table: &mut Reader<'_>) {
-        let is_implicit = self.dashpot == DemDashpot::Implicit;
-        let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         rules! { table;
-            is_implicit && (moves || self.has_friction() || self.has_cohesion()) =>
+            self.dashpot == DemDashpot::Implicit && !self.may_be_implicit() =>
                 ["dashpot", "friction", "rolling_friction", "cohesion_n", "materials", "contact_pairs", "walls"]
                 "the implicit dashpot supports neither friction nor moving walls nor cohesion",
                 "set dashpot to \"explicit\"";
@@ -102,8 +100,22 @@ impl DemConfig {
         given.flatten().chain(common).any(|coefficient| coefficient.get() > 0.0)
     }
 
+    /// Whether the dashpot may be implicit.
+    #[must_use]
+    pub fn may_be_implicit(&self) -> bool {
+        let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
+        !(moves || self.has_friction() || self.has_cohesion())
+    }
+
+    /// Whether a material or a pair of materials has its own restitution.
+    #[must_use]
+    pub fn has_own_restitution(&self) -> bool {
+        self.given_constants().any(|own| own.restitution.is_some())
+    }
+
     /// Whether any cohesion is given.
-    fn has_cohesion(&self) -> bool {
+    #[must_use]
+    pub fn has_cohesion(&self) -> bool {
         let given = self.given_constants().filter_map(|own| own.cohesion_n);
         given.chain([self.cohesion_n]).any(|force| force.get() > 0.0)
     }
@@ -143,9 +155,8 @@ impl DemConfig {
             }
             seen.push([one, other]);
         }
-        let has_restitution = self.given_constants().any(|own| own.restitution.is_some());
         rules! { table;
-            has_restitution && matches!(self.dissipation, Dissipation::Damping(_)) =>
+            self.has_own_restitution() && matches!(self.dissipation, Dissipation::Damping(_)) =>
                 ["damping_n_s_per_m", "materials", "contact_pairs"]
                 "`damping_n_s_per_m` cannot be used together with a restitution per material",
                 "replace damping_n_s_per_m with restitution";

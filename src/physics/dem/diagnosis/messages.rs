@@ -17,16 +17,15 @@ use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTime
 const OF_IMPLICIT_DASHPOT: &str =
     "stable for any damping; far above critical damping it dissipates more than an exact dashpot";
 
-/// Whether an implicit dashpot is another choice, which it is without friction and moving walls.
-fn may_be_implicit(config: &DemConfig) -> bool {
-    let moves = config.walls.iter().any(|wall| !wall.is_at_rest());
-    config.dashpot == DemDashpot::Explicit && !moves && !config.has_friction()
+/// Whether an implicit dashpot is another choice.
+fn is_choice(config: &DemConfig) -> bool {
+    config.dashpot == DemDashpot::Explicit && config.may_be_implicit()
 }
 
 /// The error of a start that is rejected.
 pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> SetupError {
     let mut help = nearest_accepted(config, ["no", "the"]);
-    if may_be_implicit(config) {
+    if is_choice(config) && diagnosis.is_unstable() {
         help += &format!(". dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}");
     }
     if config.on_unstable_time_step == UnstableTimeStep::Error {
@@ -39,7 +38,7 @@ pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> SetupError
 pub(crate) fn warning(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems("The");
     sentences.push(nearest_accepted(config, ["No", "The"]));
-    if may_be_implicit(config) {
+    if is_choice(config) && diagnosis.is_unstable() {
         sentences.push(format!("dashpot = \"implicit\" is {OF_IMPLICIT_DASHPOT}"));
     }
     sentences.join(". ") + "."
@@ -48,10 +47,20 @@ pub(crate) fn warning(config: &DemConfig, diagnosis: &Diagnosis) -> String {
 /// What to change, beginning with one of the words given.
 fn nearest_accepted(config: &DemConfig, [no, the]: [&str; 2]) -> String {
     let suggestions = suggestions::find(config);
-    if suggestions.is_empty() {
-        format!("{no} change of a single key is sufficient: change two of them")
+    let own = config.materials.iter().map(|material| &material.constants);
+    let own = own.chain(config.contact_pairs.iter().map(|pair| &pair.constants));
+    let has_own = own.into_iter().any(|it| it.stiffness_ratio.is_some() || it.cohesion_n.is_some());
+    // They are not searched.
+    let others = if has_own {
+        ". The stiffness_ratio and cohesion_n of materials and contact_pairs count as well"
     } else {
-        format!("{the} nearest accepted values, each alone: {}", suggestions.join("; "))
+        ""
+    };
+    if suggestions.is_empty() {
+        let keys = "the time step, the dashpot, the stiffness and the radius";
+        format!("{no} single change of {keys} is sufficient: change two of them{others}")
+    } else {
+        format!("{the} nearest accepted values, each alone: {}{others}", suggestions.join("; "))
     }
 }
 
@@ -172,10 +181,12 @@ pub(crate) fn fault(
     };
     let stiffness = parameters.law.normal.key();
     let less = if parameters.law.is_cohesive() { ", less cohesion_n" } else { "" };
+    let implicit = if parameters.law.is_cohesive() { "" } else { ", or dashpot = \"implicit\"" };
     let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
-        "dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
-         damping_n_s_per_m (or a higher restitution), or dashpot = \"implicit\""
-            .to_owned()
+        format!(
+            "dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
+             damping_n_s_per_m (or a higher restitution){implicit}"
+        )
     } else {
         format!(
             "contacts are too soft for the speed or the load: take a higher {stiffness}{less} or a larger radius_m; or \

@@ -41,6 +41,8 @@ pub(super) struct Diagnosis {
     pub(super) overlap_over_radius: f64,
     /// Whether the dashpot is implicit, and has no bound.
     is_implicit: bool,
+    /// Whether any cohesion is given.
+    is_cohesive: bool,
     /// The key that makes contacts stiffer.
     stiffness_key: &'static str,
     /// Whether the number of steps is at least one and exactly representable; no run starts without that.
@@ -67,6 +69,7 @@ impl Diagnosis {
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
             stiffness_key: law.key(),
+            is_cohesive: config.has_cohesion(),
             is_countable: step > 0.0 && (1..=MAX_STEPS).contains(&parameters.total_steps),
         }
     }
@@ -76,7 +79,7 @@ impl Diagnosis {
         self.is_unstable() || self.passes_walls() || !self.is_countable
     }
 
-    fn is_unstable(&self) -> bool {
+    pub(super) fn is_unstable(&self) -> bool {
         let is_bed_stable = self.bed < BED_BOUND;
         let is_pair_stable = self.is_implicit || self.damping_step < MAX_DAMPING_STEP;
         !(is_bed_stable && is_pair_stable)
@@ -103,9 +106,16 @@ impl Diagnosis {
             ));
         }
         if self.passes_walls() {
+            let (cause, other) = match self.is_cohesive {
+                false => ("a disc that falls through the box overlaps the wall", "the wall"),
+                true => (
+                    "a disc that falls through the box, and that cohesion presses, overlaps the wall or another disc",
+                    "it",
+                ),
+            };
             problems.push(format!(
-                "{the} contacts are too soft: a disc that falls through the box overlaps the wall by about {} of its \
-                 radius (at most {MAX_OVERLAP} is accepted), and its center may pass the wall",
+                "{the} contacts are too soft: {cause} by about {} of its radius (at most {MAX_OVERLAP} is accepted), and \
+                 its center may pass {other}",
                 figure(self.overlap_over_radius)
             ));
         }

@@ -47,8 +47,11 @@ fn keys(config: &DemConfig) -> Vec<Key> {
             Some(())
         }),
         ("damping_n_s_per_m", parameters.strongest_damping(), |config, value| {
-            // That of Hertz's law cannot be given.
+            // That of Hertz's law cannot be given, nor one next to restitutions of materials.
             let Elasticity::Spring(_) = config.elasticity else { return None };
+            if config.has_own_restitution() {
+                return None;
+            }
             config.dissipation = Dissipation::Damping(NonNegative::new(value)?);
             Some(())
         }),

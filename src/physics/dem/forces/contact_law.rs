@@ -4,7 +4,7 @@ use crate::dem::block::Stretch;
 use crate::dem::laws::NormalLaw;
 use crate::dem::materials::ContactConstants;
 use crate::dem::motion::{self, NormalForce, SliderConstants, TangentialForce};
-use crate::dem::parameters::Parameters;
+use crate::dem::parameters::{Parameters, StepContext};
 use crate::dem::totals::ContactSums;
 use crate::simd::registers::{InstructionSet, Register};
 
@@ -27,6 +27,8 @@ pub(crate) struct LawRegisters<R: Register, L: NormalLaw> {
     pub(super) cohesion: R,
     /// Whether any surfaces attract each other.
     pub(super) is_cohesive: bool,
+    /// Time of the last step; 0 at the start.
+    pub(super) time_before: R,
     /// Whether discs of several materials differ only in their friction and dashpots.
     pub(super) has_plain_springs: bool,
 }
@@ -69,7 +71,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
     #[inline(always)]
     pub(super) fn new<const N: usize>(
         instructions: impl InstructionSet<N, Register = R>,
-        &Parameters { ref law, time_step, .. }: &Parameters,
+        &StepContext { parameters: &Parameters { ref law, time_step, .. }, time_before, .. }: &StepContext<'_>,
         normal: L,
     ) -> Self {
         let zero = instructions.splat(0.0);
@@ -91,6 +93,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
             stiffness_ratio: instructions.splat(1.0),
             cohesion: zero,
             is_cohesive: law.is_cohesive(),
+            time_before: instructions.splat(time_before),
             has_plain_springs: law.materials.have_plain_springs(),
         }
     }
@@ -129,7 +132,7 @@ impl<R: Register, L: NormalLaw> LawRegisters<R, L> {
         if !self.is_cohesive {
             return self.zero;
         }
-        let before = motion::overlap_before(separation, velocity, self.time_step, reach);
+        let before = motion::overlap_before(separation, velocity, self.time_before, reach);
         motion::attracted_part([before, reach - motion::distance_squared(separation).sqrt()])
     }
 

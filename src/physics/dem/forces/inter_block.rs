@@ -61,7 +61,7 @@ impl InterBlockForces {
         self.contacts.clear();
         self.sums.clear(step, block.start);
         with_law!(step.parameters.law.normal, law => {
-            let law = LawRegisters::new(Scalar, step.parameters, law);
+            let law = LawRegisters::new(Scalar, step, law);
             let has_rolling_friction = step.parameters.law.has_rolling_friction();
             let context = InterBlockContext { discs, step, law, has_rolling_friction, is_recorded };
             self.find_in_scope(block, &context);

@@ -93,7 +93,7 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, L: NormalLaw> ContactKernel<'
         sums: &'a mut PairSums<'b>,
         recorder: ContactRecorder<'a>,
     ) -> Self {
-        let law = LawRegisters::new(instructions, context.step.parameters, law);
+        let law = LawRegisters::new(instructions, context.step, law);
         let energies = [[law.zero; MAX_WIDTH]; 3];
         Self { instructions, law, context, sums, energies, recorder }
     }

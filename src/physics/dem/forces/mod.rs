@@ -67,7 +67,7 @@ impl ForceFinder {
             contacts.extend_from_slice(&inter_block.contacts);
         }
         with_law!(step.parameters.law.normal, law => {
-            let law = LawRegisters::new(Scalar, step.parameters, law);
+            let law = LawRegisters::new(Scalar, step, law);
             self.add_walls(&law, block, discs, step, recorder);
         });
         self.found.sums.add(&inter_block.sums);
@@ -146,7 +146,8 @@ impl ForceFinder {
             let contact = wall.shape.contact(discs.positions[disc]);
             let moved = (discs.velocities[disc], step.parameters.time_step);
             let part = if law.is_cohesive {
-                let before = wall.distance_before(discs.positions[disc], moved);
+                let since = (discs.velocities[disc], law.time_before);
+                let before = wall.distance_before(discs.positions[disc], since);
                 motion::attracted_part([radius - before, radius - contact.distance])
             } else {
                 0.0
