@@ -50,6 +50,9 @@ fn end_aborts() {
 /// The start of the message with which the standard library ends a thread that has started without memory for its signal stack.
 const WITHOUT_SIGNAL_STACK: &str = "failed to allocate an alternative stack";
 
+/// Room for the names of functions, bytes: more than those of a program with all of its symbols.
+const MEMORY_OF_BACKTRACE: usize = 1 << 30;
+
 fn report_panic(panic: &PanicHookInfo<'_>) {
     let what = message(panic.payload());
     if what.starts_with(WITHOUT_SIGNAL_STACK) {
@@ -62,8 +65,10 @@ fn report_panic(panic: &PanicHookInfo<'_>) {
          help: finished recordings are complete, and the same command resumes the others; please report this message with the command and \
          its input"
     );
-    // Captured if the developer asks for it with the variable of the standard library.
-    let backtrace = Backtrace::capture();
+    // Captured if the developer asks for it with the variable of the standard library, and if there is memory for its names: the library
+    // holds a lock while it reads them, for which its own report of a failed allocation would wait without end.
+    let has_room = Vec::<u8>::new().try_reserve_exact(MEMORY_OF_BACKTRACE).is_ok();
+    let backtrace = if has_room { Backtrace::capture() } else { Backtrace::disabled() };
     if backtrace.status() == BacktraceStatus::Captured {
         text += &format!("\n{backtrace}");
     }

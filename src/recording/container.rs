@@ -9,6 +9,8 @@ use crate::spare_memory::{Lent, SpareMemory};
 use prost::bytes::Bytes;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
+#[cfg(not(target_os = "unknown"))]
+use zstd::zstd_safe::{DCtx, get_error_name};
 
 /// First and last bytes of a file.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
@@ -253,7 +255,7 @@ fn zstd_bytes(packed: &[u8]) -> Option<u64> {
 pub(crate) struct Unpacker {
     // Reused for all chunks, because its tables take more memory than a chunk.
     #[cfg(not(target_os = "unknown"))]
-    zstd: Option<zstd::bulk::Decompressor<'static>>,
+    zstd: Option<DCtx<'static>>,
     /// Memory of contents that were dropped.
     #[cfg_attr(target_os = "unknown", expect(dead_code, reason = "nothing is decompressed"))]
     spare: SpareMemory<u8>,
@@ -326,11 +328,13 @@ impl Unpacker {
     #[cfg(not(target_os = "unknown"))]
     fn zstd(&mut self, packed: &[u8], expected: u64) -> io::Result<Lent<u8>> {
         let mut unpacked = self.room(expected)?;
-        let decompressor = match &mut self.zstd {
-            Some(decompressor) => decompressor,
-            none => none.insert(zstd::bulk::Decompressor::new()?),
+        let context = match &mut self.zstd {
+            Some(context) => context,
+            // `zstd::bulk::Decompressor` panics without memory.
+            none => none.insert(DCtx::try_create().ok_or(io::ErrorKind::OutOfMemory)?),
         };
-        decompressor.decompress_to_buffer(packed, &mut unpacked.vector)?;
+        let result = context.decompress(&mut unpacked.vector, packed);
+        result.map_err(|code| io::Error::other(get_error_name(code)))?;
         Ok(unpacked)
     }
 
